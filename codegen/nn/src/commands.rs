@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::emit::{self, Accuracy, LIBRARY, Options, Weights};
-use super::footprint::{self, BOARDS, Board, Footprint};
+use super::footprint::{self, BOARDS, Board, Footprint, Layer};
 use super::{Golden, Network, evaluate, generated, quantise, store, summary, target};
 use crate::BuildError;
 use sinew_files::FileError;
@@ -91,22 +91,28 @@ pub fn emit(network: &Network, out: &Path, options: &Options) -> Result<String, 
     Ok(text)
 }
 
-/// The footprint of a network on a board, as a table and in numbers; `folder` keeps the compiled
-/// parts for the next time.
+/// The footprint of a network, for one board or for all, as tables and in numbers; `folder` keeps
+/// the compiled parts for the next time.
 ///
 /// # Errors
 /// [`BuildError`].
 pub fn size(
     network: &Network,
-    board: &str,
+    board: Option<&str>,
     options: &Options,
     folder: &Path,
-) -> Result<(String, Footprint), BuildError> {
-    let board = self::board(board)?;
+) -> Result<(String, Footprint, Vec<Layer>), BuildError> {
+    let board = board.map(self::board).transpose()?;
     let folder = absolute(folder)?;
     let size = footprint::measure(network, options, &folder)?;
-    let text = footprint::table(network, &size, board) + &loss(network, options);
-    Ok((text, size))
+    let layers = footprint::layers(network, options, &folder)?;
+    let text = format!(
+        "{}\n{}{}",
+        footprint::table(network, &size, board),
+        footprint::layer_table(&layers, &size.predict),
+        loss(network, options)
+    );
+    Ok((text, size, layers))
 }
 
 /// The line that says what integers cost; nothing where weights stay as they are.

@@ -82,18 +82,21 @@ impl Network {
     /// Bytes of its weights: four each, or one, and four for each row.
     #[must_use]
     pub fn weight_bytes(&self, int8: bool) -> usize {
-        let all = 4 * self.parameters();
-        if !int8 {
-            return all;
-        }
-        let mut network = self.clone();
-        let matrices = network
-            .nodes
-            .iter_mut()
-            .flat_map(|node| matrices(&mut node.op));
-        let saved = matrices.map(|(values, length)| 3 * values.len() - 4 * (values.len() / length));
-        all - saved.sum::<usize>()
+        let nodes = self.nodes.iter();
+        nodes.map(|node| weight_bytes(&node.op, int8)).sum()
     }
+}
+
+/// Bytes of a layer's weights: as [`Network::weight_bytes`].
+pub(crate) fn weight_bytes(op: &Op, int8: bool) -> usize {
+    let all = 4 * op.parameters();
+    if !int8 {
+        return all;
+    }
+    let mut op = op.clone();
+    let matrices = matrices(&mut op).into_iter();
+    let saved = matrices.map(|(values, length)| 3 * values.len() - 4 * (values.len() / length));
+    all - saved.sum::<usize>()
 }
 
 fn wide(x: &[f32]) -> Vec<f64> {

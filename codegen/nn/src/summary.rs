@@ -1,6 +1,6 @@
 //! A network as a table: layers, shapes, parameters.
 
-use super::{Activation, Cell, Network, Node, Op, PoolKind};
+use super::{Activation, Cell, Network, Op, PoolKind};
 
 /// One line a layer, under a heading and above the totals.
 #[must_use]
@@ -23,7 +23,7 @@ pub fn table(network: &Network) -> String {
         } else {
             thousands(parameters)
         };
-        rows.push([node.name.clone(), kind, shape(node), count]);
+        rows.push([node.name.clone(), kind, shape(&node.shape), count]);
     }
     let width = |column: usize| {
         rows.iter()
@@ -55,8 +55,9 @@ pub fn table(network: &Network) -> String {
     text
 }
 
-fn shape(node: &Node) -> String {
-    let axes: Vec<String> = node.shape.iter().map(ToString::to_string).collect();
+/// Axes as `8 x 8 x 3`.
+pub(crate) fn shape(axes: &[usize]) -> String {
+    let axes: Vec<String> = axes.iter().map(ToString::to_string).collect();
     axes.join(" x ")
 }
 

@@ -92,6 +92,83 @@ fn what_size_says_is_what_a_network_adds_to_a_linked_image() {
     }
 }
 
+/// Networks whose layers are added up: dense ones, a kept state, convolutions and pools, integers.
+const IN_LAYERS: [(&str, Weights); 4] = [
+    ("keras-mlp.keras", Weights::Float32),
+    ("keras-gru-stream.keras", Weights::Float32),
+    ("keras-classifier.keras", Weights::Float32),
+    ("h5-conv2d.h5", Weights::Int8),
+];
+
+#[test]
+fn the_layers_add_up_to_the_network() {
+    if !target::is_installed() {
+        let text = format!("\nSKIPPED: cargo for {} is not here\n", target::TARGET);
+        let _ = std::io::stderr().write_all(text.as_bytes());
+        return;
+    }
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("layers");
+    for (file, weights) in IN_LAYERS {
+        let path = here.join("tests/frameworks/models").join(file);
+        let network = import::read(&path).unwrap_or_else(|error| panic!("{file}: {error}"));
+        let options = Options {
+            weights,
+            ..Options::default()
+        };
+        let whole = footprint::measure(&network, &options, &folder);
+        let whole = whole.unwrap_or_else(|error| panic!("{error}"));
+        let layers = footprint::layers(&network, &options, &folder);
+        let layers = layers.unwrap_or_else(|error| panic!("{error}"));
+        let table = footprint::layer_table(&layers, &whole.predict);
+        println!("{file}\n{table}");
+        let widest = table
+            .lines()
+            .take(layers.len() + 2)
+            .map(|line| line.chars().count());
+        assert!(widest.max() <= Some(80), "{file}: wider than a terminal");
+        let sum = |of: &dyn Fn(&footprint::Layer) -> u64| layers.iter().map(of).sum::<u64>();
+        assert_eq!(
+            sum(&|layer| layer.weight_bytes),
+            whole.weight_bytes,
+            "{file}"
+        );
+        let flash = sum(&|layer| layer.weight_bytes + layer.code_bytes.unwrap_or(0));
+        let share = flash as f64 / whole.predict.flash_bytes as f64;
+        assert!((0.6..1.4).contains(&share), "{file}: {share} of the flash");
+        for layer in layers.iter().filter(|layer| layer.weight_bytes > 0) {
+            assert!(
+                layer.code_bytes > Some(0),
+                "{file}: no code of {}",
+                layer.name
+            );
+        }
+        let Some(instructions) = whole.predict.instructions else {
+            let _ = std::io::stderr().write_all(b"\nSKIPPED: no QEMU\n");
+            return;
+        };
+        let share = sum(&|layer| layer.instructions.unwrap_or(0)) as f64 / instructions as f64;
+        assert!(
+            (0.9..1.1).contains(&share),
+            "{file}: {share} of the instructions"
+        );
+        let stack = layers.iter().filter_map(|layer| layer.stack_bytes).max();
+        let (deepest, predict) = (stack.unwrap_or(0), whole.predict.stack_bytes.unwrap_or(0));
+        let share = deepest as f64 / predict as f64;
+        // Less than the unpainted frames of who measures is not seen.
+        let is_seen = predict > 600;
+        assert!(
+            !is_seen || (0.6..1.4).contains(&share),
+            "{file}: {deepest} B of stack, {predict} B as a whole"
+        );
+        let ram = sum(&|layer| layer.ram_bytes.unwrap_or(0));
+        assert!(
+            ram >= 4 * network.outputs() as u64,
+            "{file}: {ram} B of values"
+        );
+    }
+}
+
 /// A workspace with a package for each board, whose programs are `BOARD-nothing` and one for each
 /// network.
 fn firmware(folder: &Path, networks: &[(Network, Options, &[&str])]) {

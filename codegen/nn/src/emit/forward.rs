@@ -65,7 +65,8 @@ pub(super) fn print(plan: &Plan<'_>) -> String {
     nodes.map(|(place, _)| statement(plan, place)).collect()
 }
 
-fn statement(plan: &Plan<'_>, place: usize) -> String {
+/// The statement of one layer; nothing where it has nothing to do.
+pub(super) fn statement(plan: &Plan<'_>, place: usize) -> String {
     let node = &plan.network.nodes[place];
     let from = node.from[0];
     let weights = |suffix| format!("&weights::{}", constant(plan, place, suffix));

@@ -130,6 +130,42 @@ pub fn emit(network: &Network, options: &Options) -> Result<Vec<File>, NetworkEr
     Ok(files)
 }
 
+/// Package of [`in_layers`].
+pub(crate) const LAYERED: &str = "layered";
+
+/// The name that a layer's function has in the symbols of an image of [`in_layers`]: its length,
+/// then itself.
+pub(crate) fn layer_symbol(place: usize) -> String {
+    let name = program::layers::function(place);
+    format!("{}{name}", name.len())
+}
+
+/// The crate of a network in which each layer is a function of its own, between two calls of the
+/// caller: for measurements. Nodes are those of the folded network.
+///
+/// # Errors
+/// As [`emit`].
+pub(crate) fn in_layers(network: &Network, options: &Options) -> Result<Vec<File>, NetworkError> {
+    let mut files = emit(network, options)?;
+    let network = network.folded();
+    let plan = Plan::new(&network);
+    files.retain(|file| !file.path.starts_with("tests/"));
+    for file in &mut files {
+        match file.path.as_str() {
+            "Cargo.toml" => {
+                let own = format!("name = \"{}\"", network.name);
+                file.text = file
+                    .text
+                    .replacen(&own, &format!("name = \"{LAYERED}\""), 1);
+            }
+            "src/lib.rs" => file.text += "pub use network::{LAYER_BYTES, predict_in_layers};\n",
+            "src/network.rs" => file.text = program::print_in_layers(&plan),
+            _ => {}
+        }
+    }
+    Ok(files)
+}
+
 fn file(path: &str, text: String) -> File {
     File {
         path: path.into(),

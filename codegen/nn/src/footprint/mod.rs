@@ -5,44 +5,28 @@
 
 mod board;
 pub mod chip;
+mod cost;
+mod fit;
+mod layers;
 pub mod probe;
+mod sources;
+mod table;
 
 use std::path::Path;
 
 use object::{Object, ObjectSection, SectionFlags, SectionKind};
 
-use crate::emit::{Options, Weights, emit};
-use crate::summary::thousands;
+use crate::emit::{Options, Weights};
 use crate::{BuildError, Network, target};
 use sinew_files::FileError;
 
 pub use board::{BOARDS, Board};
 pub use chip::CYCLES_PER_INSTRUCTION;
-
-/// Cost of one function.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cost {
-    /// Code, weights and initial values, with what they call.
-    pub flash_bytes: u64,
-    /// State.
-    pub ram_bytes: u64,
-    /// Deepest stack of a call; none without QEMU.
-    pub stack_bytes: Option<u64>,
-    /// Instructions of a call; none without QEMU.
-    pub instructions: Option<u64>,
-}
-
-/// Footprint of a network.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Footprint {
-    /// `predict` alone.
-    pub predict: Cost,
-    /// `predict` and `predict_with_jacobian` in one image; instructions and stack are those of the
-    /// latter.
-    pub jacobian: Cost,
-    /// Share of the flash that holds weights.
-    pub weight_bytes: u64,
-}
+pub use cost::{Cost, Footprint};
+pub use fit::Fit;
+pub use layers::{Layer, layer_table, layers};
+use sources::{linked, write};
+pub use table::table;
 
 /// Compiles the network in `folder`, which is kept for the next time, and runs it.
 ///
@@ -64,8 +48,8 @@ pub fn measure(
     folder: &Path,
 ) -> Result<Footprint, BuildError> {
     let [predict, jacobian] = memory(network, options, folder)?;
-    let image = probe::build(folder)?;
-    let said = probe::run(&image).ok();
+    let image = linked(probe::build(folder))?;
+    let said = image.and_then(|image| probe::run(&image).ok());
     let cost = |name: &str, (flash_bytes, ram_bytes)| {
         let line = said.as_ref().and_then(|said| {
             said.lines().find_map(|line| {
@@ -101,11 +85,7 @@ pub fn memory(
     options: &Options,
     folder: &Path,
 ) -> Result<[(u64, u64); 2], BuildError> {
-    for file in emit(network, options)? {
-        let path = folder.join("network").join(file.path);
-        sinew_files::write_changed(&path, file.text.as_bytes())?;
-    }
-    probe::write_workspace(network, folder)?;
+    write(network, options, folder)?;
     target::build(folder, "bare")?;
     let release = folder.join("target").join(target::TARGET).join("release");
     Ok([
@@ -143,51 +123,4 @@ pub fn sections(path: &Path) -> Result<(u64, u64), BuildError> {
         }
     }
     Ok((flash, ram))
-}
-
-/// The figures for one board, as a table.
-#[must_use]
-pub fn table(network: &Network, footprint: &Footprint, board: &Board) -> String {
-    let mut text = format!(
-        "{} on {}\n\n{:<24} {:>10} {:>10} {:>10} {:>14} {:>12}\n",
-        network.name, board.name, "", "flash, B", "RAM, B", "stack, B", "instructions", "time, us"
-    );
-    let number = |n: Option<u64>| n.map_or("-".into(), |n| thousands(n as usize));
-    for (name, cost) in [
-        ("predict", &footprint.predict),
-        ("with jacobian", &footprint.jacobian),
-    ] {
-        let time = match (cost.instructions, board.chip) {
-            (Some(n), Some(chip)) => {
-                let cycles = n as f64 * CYCLES_PER_INSTRUCTION;
-                format!("{:.1}", cycles / f64::from(chip.clock_hz) * 1e6)
-            }
-            _ => "-".into(),
-        };
-        text += &format!(
-            "{name:<24} {:>10} {:>10} {:>10} {:>14} {time:>12}\n",
-            thousands(cost.flash_bytes as usize),
-            thousands(cost.ram_bytes as usize),
-            number(cost.stack_bytes),
-            number(cost.instructions),
-        );
-    }
-    let share = |part: u64, whole: u64| 100.0 * part as f64 / whole as f64;
-    text += &format!(
-        "\nOf the flash, {} B are weights. `predict` takes {:.2} % of the board's flash and, with its stack,\n{:.2} % of its RAM.",
-        thousands(footprint.weight_bytes as usize),
-        share(footprint.predict.flash_bytes, board.flash_bytes.into()),
-        share(
-            footprint.predict.ram_bytes + footprint.predict.stack_bytes.unwrap_or(0),
-            board.ram_bytes.into()
-        ),
-    );
-    text += if footprint.predict.instructions.is_none() {
-        " Instructions and stack need QEMU (cargo xtask setup).\n"
-    } else if board.chip.is_some() {
-        " Flash, RAM, stack and instructions are measured on the linked\nimage in QEMU; time is an estimate at 1.7 cycles an instruction, measured on no board.\n"
-    } else {
-        " QEMU counts instructions and knows no time.\n"
-    };
-    text
 }

@@ -10,6 +10,7 @@ use super::fault_text::{text, wrapped};
 use super::overwrite;
 use super::progress::Stage;
 use super::repair::Repairs;
+use super::said::Said;
 use crate::check::{Check, Determined, check, determine};
 use crate::error::{Error, Result};
 use crate::excite::reveal::Visibility;
@@ -32,6 +33,9 @@ pub struct Arguments {
     exit_code: bool,
     #[command(flatten)]
     repairs: Repairs,
+    /// No progress and no remarks.
+    #[arg(long)]
+    quiet: bool,
 }
 
 /// Result as JSON.
@@ -60,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         require_columns(recording, rig.as_ref())?;
     }
     // With a rig it takes seconds; it leaves no line of its own.
-    let stage = Stage::begin("check", false);
+    let stage = Stage::begin("check", arguments.quiet);
     stage.say("faults");
     let found = check(&recordings, rig.as_ref());
     stage.say("parameters and effects that these recordings determine");
@@ -74,12 +78,17 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         .as_deref()
         .is_some_and(sinew_files::is_output);
     if !on_output {
-        print!("{}", text(&found));
+        let mut lines = text(&found);
         if found.is_empty() {
-            println!("no fault found in {}", names(&recordings));
+            lines += &format!("no fault found in {}\n", names(&recordings));
         }
         if let Some(determined) = &determined {
-            print!("{}", determinations(determined));
+            lines += &determinations(determined);
+        }
+        let said = Said::beside([]).quiet(arguments.quiet);
+        said.line(lines.trim_end());
+        if sound {
+            said.next(next(&found, arguments));
         }
     }
     if let Some(path) = &arguments.json {
@@ -98,6 +107,18 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     } else {
         0
     })
+}
+
+/// The command that comes next: what a fault means, or the verb that takes sound recordings.
+fn next(found: &[Check], arguments: &Arguments) -> String {
+    let first = arguments.files.first();
+    let recording = first.map(|path| path.display().to_string());
+    let recording = recording.unwrap_or_default();
+    match (found.first(), &arguments.rig) {
+        (Some(check), _) => format!("sinew explain {}", check.kind),
+        (None, Some(rig)) => format!("sinew fit {} --fit {recording}", rig.display()),
+        (None, None) => format!("sinew new {recording}"),
+    }
 }
 
 /// No check is certain.

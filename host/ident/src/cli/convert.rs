@@ -36,7 +36,7 @@ pub struct Arguments {
     /// File for contents and columns as JSON (sinew-convert/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// Say nothing of rules and of what is left out.
+    /// No progress and no remarks.
     #[arg(long)]
     quiet: bool,
 }
@@ -66,6 +66,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         // The list is what the document says.
         if !json.is_some_and(sinew_files::is_output) {
             print!("{}", listed(&contents));
+            let log = arguments.log.display();
+            Said::beside([])
+                .quiet(arguments.quiet)
+                .next(format!("sinew convert {log} --out recording.csv"));
         }
         return write(json, &document(&arguments.log, &contents, None));
     };
@@ -95,6 +99,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .collect();
     said.line(format!("columns: t, {}", names.join(", ")));
     said.wrote(out);
+    if !sinew_files::is_output(out) {
+        said.next(format!("sinew check {}", out.display()));
+    }
     Ok(())
 }
 

@@ -14,7 +14,7 @@ use super::progress::Stage;
 use super::repair::Repairs;
 use super::said::Said;
 use crate::diagnose::output::{self, Shown};
-use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
+use crate::diagnose::{Diagnosis, Options, Recordings, Verdict, diagnose};
 use crate::error::Result;
 use crate::fit::require;
 use crate::mechanism::changes;
@@ -41,11 +41,11 @@ pub struct Arguments {
     /// Without it they are printed for a person.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// File for a page with plots.
+    /// File for a page: plots, findings, next step.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
     /// File for the corrected rig; the rig's own text and comments are kept.
-    #[arg(long, value_name = "TOML")]
+    #[arg(long, visible_alias = "out", value_name = "TOML")]
     rig_out: Option<PathBuf>,
     /// File for the corrected rig as MuJoCo's MJCF.
     #[arg(long, value_name = "XML")]
@@ -180,8 +180,34 @@ fn leave(
         for path in written {
             said.wrote(path);
         }
+        said.next(next(arguments, found));
     }
     Ok(())
+}
+
+/// The command that comes next: the corrected rig is fitted, or more is recorded.
+fn next(arguments: &Arguments, found: &Diagnosis) -> String {
+    let rig = arguments.rig.display();
+    let flags = |flag: &str, paths: &[PathBuf]| -> String {
+        let each = paths.iter();
+        each.map(|path| format!(" {flag} {}", path.display()))
+            .collect()
+    };
+    let fit = flags("--fit", &arguments.fit);
+    let test = flags("--test", &arguments.test);
+    let out = arguments.rig_out.as_ref();
+    let out = out.filter(|out| !sinew_files::is_output(out));
+    match (found.effects.is_empty(), out) {
+        (false, Some(out)) => format!("sinew train {}{fit}{test} --out model", out.display()),
+        (false, None) => {
+            let check = flags("--check", &arguments.check);
+            format!("sinew diagnose {rig}{fit}{check}{test} --rig-out corrected.toml")
+        }
+        (true, _) if found.verdict != Verdict::Unexplained => {
+            format!("sinew train {rig}{fit}{test} --out model")
+        }
+        (true, _) => format!("sinew excite {rig} --design --out excitation.csv"),
+    }
 }
 
 fn roles(arguments: &Arguments) -> [(&'static str, &Vec<PathBuf>); 3] {

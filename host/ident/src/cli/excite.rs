@@ -159,6 +159,12 @@ pub fn run(arguments: &Arguments, control_rate_hz: Option<f64>) -> Result<()> {
         sinew_files::write(path, format!("{document:#}\n"))?;
         said.wrote(path);
     }
+    if !arguments.quiet && !sinew_files::is_output(&arguments.out) {
+        said.next(format!(
+            "sinew record --port PORT --model DIR --input {} --out A.csv",
+            arguments.out.display()
+        ));
+    }
     Ok(())
 }
 

@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use super::colour;
 use crate::error::{Error, Kind};
 
 /// Status that a shell gives to a program which a closed pipe has killed.
@@ -16,7 +17,7 @@ pub fn status(error: &Error) -> ExitCode {
     {
         return ExitCode::from(CLOSED_PIPE);
     }
-    eprintln!("error: {error}");
+    colour::on_error(format!("error: {error}"));
     ExitCode::from(error.exit_code())
 }
 
@@ -37,7 +38,9 @@ pub fn end_with_standard_output<Held>(tidy: impl Fn() -> Held + Send + Sync + 's
         let closed = reason.contains("Broken pipe");
         // Standard error itself may be what takes no more: then there is nobody to tell.
         if stream == "stdout" && !closed {
-            eprintln!("error: standard output: cannot be written: {reason}");
+            colour::on_error(format!(
+                "error: standard output: cannot be written: {reason}"
+            ));
         }
         std::process::exit(if closed { CLOSED_PIPE.into() } else { 1 });
     }));

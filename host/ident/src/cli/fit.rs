@@ -50,7 +50,7 @@ pub struct Arguments {
     /// End with status 3 for an undetermined parameter and with 4 for an unexplained signal.
     #[arg(long)]
     exit_code: bool,
-    /// No progress.
+    /// No progress and no remarks.
     #[arg(long)]
     quiet: bool,
     #[command(flatten)]
@@ -184,7 +184,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     }
     let unseen = unseen(&found, tested.iter().map(|(_, after)| after));
     for warning in warnings(&found).into_iter().chain(unseen) {
-        said.line(format!("warning: {warning}"));
+        said.warning(warning);
     }
     if let Some(path) = &arguments.json {
         let text = format!("{:#}\n", json(&found, &tested, &checks));
@@ -215,7 +215,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         Some(path) => {
             sinew_files::write(path, found.rig.to_toml())?;
             said.wrote(path);
-            said.line(format!("next: {}", kind.next(arguments, Some(path))));
+            said.next(kind.next(arguments, Some(path)));
         }
         None => said.line("nothing written; --out RIG.toml keeps the fitted rig"),
     }

@@ -41,10 +41,10 @@ pub struct Arguments {
     /// File for the result as JSON (sinew-fleet-fit/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// Page with the devices beside their distribution, for a person.
+    /// File for a page: the devices beside their distribution.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
-    /// No progress.
+    /// No progress and no remarks.
     #[arg(long)]
     quiet: bool,
     #[command(flatten)]
@@ -145,8 +145,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     for device in &found.devices {
         for sensor in device.fit.sensors.iter().filter(|it| !it.is_explained()) {
-            said.line(format!(
-                "warning: {}: the rig does not explain {}: free-run error {}, of {}",
+            said.warning(format!(
+                "{}: the rig does not explain {}: free-run error {}, of {}",
                 device.name,
                 sensor.signal,
                 quantity(sensor.rms, &sensor.unit),
@@ -174,8 +174,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     sinew_files::write(&arguments.out, found.fleet.to_toml())?;
     said.wrote(&arguments.out);
     if !sinew_files::is_output(&arguments.out) {
-        said.line(format!(
-            "next: sinew fit {} --fit NEW.csv --fleet {}",
+        said.next(format!(
+            "sinew fit {} --fit NEW.csv --fleet {}",
             arguments.rig.display(),
             arguments.out.display()
         ));

@@ -55,7 +55,7 @@ pub struct Arguments {
     /// File for a page with plots.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
-    /// No progress.
+    /// No progress and no remarks.
     #[arg(long)]
     quiet: bool,
     #[command(flatten)]
@@ -196,8 +196,8 @@ fn leave(
         said.wrote(path);
     }
     match arguments.out.first() {
-        Some(path) => said.line(format!(
-            "next: `law = \"{}\"` in the place of `{}` of another rig",
+        Some(path) => said.next(format!(
+            "`law = \"{}\"` in the place of `{}` of another rig",
             name(path),
             learned.laws[0].kind.key()
         )),

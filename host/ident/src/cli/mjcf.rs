@@ -26,7 +26,9 @@ pub struct Arguments {
     /// File for omissions and changes as JSON (sinew-mjcf/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// Say nothing of what MuJoCo cannot carry; the file says it.
+    /// No progress and no remarks.
+    ///
+    /// What MuJoCo cannot carry is in the file all the same.
     #[arg(long)]
     quiet: bool,
 }
@@ -79,6 +81,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "changes": changes,
         });
         sinew_files::write(path, format!("{document:#}\n"))?;
+    }
+    if !arguments.quiet && !sinew_files::is_output(&arguments.out) {
+        said.next(format!(
+            "python -m mujoco.viewer --mjcf={}",
+            arguments.out.display()
+        ));
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Command line of identification: the verbs that the programs `sinew` and `sinew-ident` share.
 
 pub mod check;
+pub mod colour;
 pub mod convert;
 pub mod diagnose;
 pub mod excite;
@@ -22,7 +23,7 @@ pub use fault_text::wrapped;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::Result;
 
@@ -30,6 +31,8 @@ use crate::error::Result;
 #[derive(Parser)]
 #[command(name = "sinew-ident", version, about, arg_required_else_help = true)]
 struct Program {
+    #[command(flatten)]
+    colour: colour::Colour,
     #[command(subcommand)]
     verb: Verb,
 }
@@ -72,7 +75,7 @@ pub struct Common {
     /// Seed of everything that is drawn.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// No progress.
+    /// No progress and no remarks.
     #[arg(long)]
     pub quiet: bool,
 }
@@ -89,7 +92,10 @@ pub fn main() -> ExitCode {
         }
     });
     failing::end_with_standard_output(sinew_files::remove_unfinished);
-    let program = match Program::try_parse() {
+    let choice = colour::asked(std::env::args_os());
+    colour::choose(choice);
+    let parsed = Program::command().color(choice).try_get_matches();
+    let program = match parsed.and_then(|matches| Program::from_arg_matches(&matches)) {
         Ok(program) => program,
         Err(error) => {
             // clap's own words, on the stream that fits: help is no error.

@@ -66,11 +66,11 @@ impl Stage {
             bar.finish_and_clear();
         }
         if !self.quiet {
-            eprintln!(
+            super::colour::on_error(format!(
                 "  {:<34} {result}  [{:.1} s]",
                 self.title,
                 self.began.elapsed().as_secs_f64()
-            );
+            ));
         }
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use sinew_sim::Rig;
 
+use super::colour::{self, Stream};
 use super::progress::Stage;
 use crate::check::{Check, KINDS, check};
 use crate::error::{Error, Result};
@@ -179,7 +180,8 @@ impl Repairs {
         };
         let shown = checks.iter().filter(|check| !answered(check));
         let shown: Vec<Check> = shown.cloned().collect();
-        eprint!("{}", super::fault_text::text(&shown));
+        let text = super::fault_text::text(&shown);
+        eprint!("{}", colour::shown(&text, Stream::Error));
         self.refuse(checks)
     }
 

@@ -2,18 +2,40 @@
 
 use std::fmt::Display;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::colour::{self, Stream};
+
+/// Every line stands aside: the program's own standard output is a document.
+static ALL_ASIDE: AtomicBool = AtomicBool::new(false);
+
+/// Sends every line for a person to standard error from now on, in verbs that a verb calls too.
+pub fn stand_aside() {
+    ALL_ASIDE.store(true, Ordering::Relaxed);
+}
 
 /// Lines for a person. They go to standard error where a file is standard output.
 #[derive(Clone, Copy, Debug)]
 pub struct Said {
     aside: bool,
+    quiet: bool,
 }
 
 impl Said {
     /// Stands aside where one of these files is standard output.
     pub fn beside<'a>(files: impl IntoIterator<Item = Option<&'a Path>>) -> Self {
         let aside = files.into_iter().flatten().any(sinew_files::is_output);
-        Self { aside }
+        let aside = aside || ALL_ASIDE.load(Ordering::Relaxed);
+        Self {
+            aside,
+            quiet: false,
+        }
+    }
+
+    /// Says nothing of what comes next (`--quiet`).
+    pub const fn quiet(mut self, quiet: bool) -> Self {
+        self.quiet = quiet;
+        self
     }
 
     /// Lines go to standard error.
@@ -21,12 +43,25 @@ impl Said {
         self.aside
     }
 
-    /// One line, or several.
+    /// One line, or several; labels and verdict words have colour on a terminal.
     pub fn line(self, text: impl Display) {
+        let text = text.to_string();
         if self.aside {
-            eprintln!("{text}");
+            eprintln!("{}", colour::shown(&text, Stream::Error));
         } else {
-            println!("{text}");
+            println!("{}", colour::shown(&text, Stream::Output));
+        }
+    }
+
+    /// Something that may be wrong.
+    pub fn warning(self, text: impl Display) {
+        self.line(format!("warning: {text}"));
+    }
+
+    /// The step that comes next: every verb ends with one.
+    pub fn next(self, step: impl Display) {
+        if !self.quiet {
+            self.line(format!("next: {step}"));
         }
     }
 

@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::{Value, json};
 use sinew_model::store;
 
-use crate::adopt::{Source, adopt};
+use super::result;
+use crate::adopt::{Learned, Source, adopt};
 use crate::rig_file;
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::said::Said;
@@ -32,6 +34,12 @@ pub struct Arguments {
     /// Take this parameter and leave the others as they are; may be repeated.
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
+    /// File for what was learned as JSON (sinew-adopt/1); `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
+    /// No progress and no remarks.
+    #[arg(long)]
+    quiet: bool,
 }
 
 /// # Errors
@@ -42,7 +50,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             ("the rig", arguments.rig.as_path()),
             ("the recording", arguments.recording.as_path()),
         ],
-        [("--out", Some(arguments.out.as_path()))],
+        [
+            ("--out", Some(arguments.out.as_path())),
+            ("--json", arguments.json.as_deref()),
+        ],
     )?;
     let rig = rig_file::load(&arguments.rig)?;
     let spec = store::load(&arguments.model).map_err(Error::refused)?;
@@ -55,7 +66,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let (adopted, learned) = adopt(&rig, &spec, &source, &arguments.only)?;
     sinew_files::write(&arguments.out, adopted.to_toml())?;
-    let said = Said::beside([Some(arguments.out.as_path())]);
+    let json = arguments.json.as_deref();
+    result::write(json, || document(arguments, &rig.name, &learned))?;
+    if arguments.quiet {
+        return Ok(());
+    }
+    let said = Said::beside([Some(arguments.out.as_path()), json]);
     for it in &learned {
         let [low, high] = it.interval.map(|end| quantity(end, &it.unit));
         said.line(format!(
@@ -67,10 +83,31 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     said.wrote(&arguments.out);
     if !sinew_files::is_output(&arguments.out) {
-        said.line(format!(
-            "next: sinew train {} --fit FILE.csv --out MODEL",
+        said.next(format!(
+            "sinew train {} --fit FILE.csv --out MODEL",
             arguments.out.display()
         ));
     }
     Ok(())
+}
+
+/// `sinew-adopt/1`: the parameters before and after, SI.
+fn document(arguments: &Arguments, rig: &str, learned: &[Learned]) -> Value {
+    let parameters = learned.iter().map(|it| {
+        json!({
+            "name": it.name,
+            "unit": it.unit,
+            "before": it.before,
+            "value": it.value,
+            "ci95": it.interval,
+        })
+    });
+    json!({
+        "format": "sinew-adopt/1",
+        "rig": rig,
+        "model": arguments.model,
+        "recording": arguments.recording,
+        "adopted": arguments.out,
+        "parameters": parameters.collect::<Vec<_>>(),
+    })
 }

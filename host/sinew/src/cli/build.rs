@@ -101,11 +101,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let made = Provenance::typed().seed(arguments.common.seed);
     report::write(&outcome, &summary, &arguments.out, &made)?;
     let json = arguments.json.as_deref();
-    let said = Said::beside([json]);
+    let said = Said::beside([json]).quiet(arguments.common.quiet);
     said.line("");
     for line in report::closing_lines(&outcome, &summary, &arguments.out) {
         said.line(line);
     }
+    said.next(format!(
+        "sinew flash --board stm32f446 --model {}",
+        arguments.out.join("model").display()
+    ));
     let document = serde_json::to_value(&summary)
         .map_err(|error| Error::failed(format!("the summary: {error}")))?;
     result::write(json, || document)

@@ -42,7 +42,7 @@ pub struct Arguments {
     /// File for the errors as JSON (sinew-calibration/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// Nothing but errors.
+    /// No progress and no remarks.
     #[arg(long)]
     quiet: bool,
 }
@@ -102,8 +102,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let said = Said::beside([arguments.json.as_deref()]);
         said.line(sensor_line(&spec, &found));
         said.line(arguments.out.join(store::MODEL_FILE).display());
-        said.line(format!(
-            "next: sinew emit {} --out firmware",
+        said.next(format!(
+            "sinew emit {} --out firmware",
             arguments.out.display()
         ));
     }

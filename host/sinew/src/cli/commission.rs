@@ -16,6 +16,7 @@ use crate::live::Names;
 use crate::project::Board;
 use crate::rig_file;
 use sinew_ident::cli::overwrite;
+use sinew_ident::cli::said::{Said, stand_aside};
 use sinew_ident::error::{Error, Kind, Result};
 
 /// Arguments of `sinew commission`. Ctrl-C sends the emergency stop at any time.
@@ -77,10 +78,15 @@ pub struct Arguments {
     /// Folder of cargo's build outputs, if they are to be shared; otherwise in DIR.
     #[arg(long, value_name = "DIR", env = "SINEW_BUILD_DIR")]
     build_dir: Option<PathBuf>,
+    /// File for what is known so far as JSON (sinew-commission/1); `-` is standard output.
+    ///
+    /// The `commission.json` of DIR, as it is when the command ends, after a fault too.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
     /// Seed of everything that is drawn.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// No progress.
+    /// No progress and no remarks.
     #[arg(long)]
     quiet: bool,
 }
@@ -111,17 +117,30 @@ fn range(text: &str) -> Result<Range> {
 /// # Errors
 /// A bad file or argument; a fault of the rig or its wiring; a board that is gone.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    match commission(arguments) {
+    let said = Said::beside([arguments.json.as_deref()]).quiet(arguments.quiet);
+    if said.is_aside() {
+        // The verbs of the last steps have lines of their own.
+        stand_aside();
+    }
+    let begun = &mut false;
+    let result = commission(arguments, said, begun);
+    if *begun && let Some(path) = &arguments.json {
+        let journal = arguments.out.join(FILE);
+        let text = std::fs::read(&journal).map_err(|error| Error::read(&journal, error))?;
+        sinew_files::write(path, text)?;
+    }
+    match result {
         // The status of a Ctrl-C is the program's.
         Err(error) if matches!(error.kind(), Kind::Interrupted) => {
-            println!("stopped; the same command goes on where it was");
+            said.line("stopped; the same command goes on where it was");
             Ok(())
         }
         result => result,
     }
 }
 
-fn commission(arguments: &Arguments) -> Result<()> {
+/// Takes the steps; `begun` is set once the folder has its journal.
+fn commission(arguments: &Arguments, said: Said, begun: &mut bool) -> Result<()> {
     let out = arguments.out.as_path();
     if out.is_file() {
         return Err(Error::must_be(
@@ -137,7 +156,8 @@ fn commission(arguments: &Arguments) -> Result<()> {
     let written = [RIG, FILE, FITTED, CORRECTED].map(|name| out.join(name));
     overwrite::refuse(
         std::iter::once(("RIG", arguments.rig.as_path())).chain(plant),
-        written.iter().map(|path| ("--out", Some(path.as_path()))),
+        (written.iter().map(|path| ("--out", Some(path.as_path()))))
+            .chain([("--json", arguments.json.as_deref())]),
     )?;
     let ranges = arguments.range.iter().map(|text| range(text));
     let ranges = ranges.collect::<Result<Vec<_>>>()?;
@@ -156,6 +176,10 @@ fn commission(arguments: &Arguments) -> Result<()> {
         None => setup.plant.clone(),
     };
     let mut work = Commissioning::open(setup, out, arguments.rehearse, settings)?;
+    if arguments.json.is_some() {
+        work.journal.save(out)?;
+        *begun = true;
+    }
     if let Some(step) = arguments.again {
         if let Some(missing) = before(&work, step) {
             return Err(not_yet(step, missing));
@@ -165,7 +189,7 @@ fn commission(arguments: &Arguments) -> Result<()> {
     let mut steps = steps(&work, arguments.step)?;
     steps.retain(|step| arguments.until.is_none_or(|last| *step <= last));
     if steps.is_empty() {
-        println!("nothing is left to do; --again STEP takes a step again, and those after it");
+        said.line("nothing is left to do; --again STEP takes a step again, and those after it");
         return Ok(());
     }
     unread_lines(&work.setup);
@@ -173,7 +197,7 @@ fn commission(arguments: &Arguments) -> Result<()> {
     if !on_board.is_empty() {
         let is_there = arguments.rehearse || arguments.port.is_some() || arguments.probe.is_some();
         if !is_there {
-            first_lines(arguments);
+            first_lines(arguments, said);
             return Ok(());
         }
         if on_board.iter().any(|step| step.moves()) && !arguments.rehearse {
@@ -193,25 +217,32 @@ fn commission(arguments: &Arguments) -> Result<()> {
         let mut bench = Bench::new(device, Names::of(&work.bare))?;
         // On every new connection, before anything moves.
         if !on_board.contains(&Step::Stop) {
-            say(Step::Stop, &work.on_board(Step::Stop, &mut bench)?);
+            say(said, Step::Stop, &work.on_board(Step::Stop, &mut bench)?);
         }
         for step in on_board {
             if let Some(first) = before(&work, step) {
                 return Err(not_yet(step, first));
             }
-            say(step, &work.on_board(step, &mut bench)?);
+            say(said, step, &work.on_board(step, &mut bench)?);
         }
     }
     for step in steps.into_iter().filter(|step| !step.is_on_board()) {
-        offline(step, arguments, &work)?;
+        offline(step, arguments, &work, said)?;
         work.finish(step)?;
     }
     match work.next() {
-        Some(step) => println!("next: {} (the same command goes on there)", step.name()),
-        None => println!(
-            "every step is finished; the controller is in {}",
-            out.join(CONTROLLER).display()
-        ),
+        Some(step) => said.next(format!("{} (the same command goes on there)", step.name())),
+        None => {
+            let controller = out.join(CONTROLLER);
+            said.line(format!(
+                "every step is finished; the controller is in {}",
+                controller.display()
+            ));
+            said.next(format!(
+                "sinew flash --board BOARD --model {}",
+                controller.join("model").display()
+            ));
+        }
     }
     Ok(())
 }
@@ -256,9 +287,9 @@ fn not_yet(step: Step, first: Step) -> Error {
     .help("without --step and --again the command goes on where it is")
 }
 
-fn say(step: Step, lines: &[String]) {
-    println!("{}", step.name());
-    lines.iter().for_each(|line| println!("  {line}"));
+fn say(said: Said, step: Step, lines: &[String]) {
+    said.line(step.name());
+    lines.iter().for_each(|line| said.line(format!("  {line}")));
 }
 
 /// Notes on standard error about sensors that the board does not read.
@@ -279,16 +310,18 @@ fn unread_lines(setup: &Setup) {
 }
 
 /// Lines of a first run, which needs no board.
-fn first_lines(arguments: &Arguments) {
+fn first_lines(arguments: &Arguments, said: Said) {
     let (rig, out) = (arguments.rig.display(), arguments.out.display());
-    println!(
+    said.line(format!(
         "{}: the model that the board carries meanwhile",
         arguments.out.join(BARE).display()
-    );
-    println!("next: sinew wire {rig} --board BOARD, and fill in the scales");
-    println!("      sinew flash --board BOARD --model {out}/{BARE} --wiring TOML");
-    println!("      sinew commission {rig} --out {out} --port PORT");
-    println!("or:   sinew commission {rig} --out TRIAL --rehearse");
+    ));
+    said.next(format!(
+        "sinew wire {rig} --board BOARD, and fill in the scales\n      \
+         sinew flash --board BOARD --model {out}/{BARE} --wiring TOML\n      \
+         sinew commission {rig} --out {out} --port PORT\n\
+         or:   sinew commission {rig} --out TRIAL --rehearse"
+    ));
 }
 
 /// Asks a person before anything moves.
@@ -317,7 +350,7 @@ fn consent(arguments: &Arguments) -> Result<()> {
 }
 
 /// Takes a step that needs no board, by the verb of its name.
-fn offline(step: Step, arguments: &Arguments, work: &Commissioning) -> Result<()> {
+fn offline(step: Step, arguments: &Arguments, work: &Commissioning, said: Said) -> Result<()> {
     if let Some(column) = work.setup.sensed.first() {
         return Err(Error::file(
             &work.setup.rig.file,
@@ -368,7 +401,7 @@ fn offline(step: Step, arguments: &Arguments, work: &Commissioning) -> Result<()
     if !matches!(step, Step::Check) && arguments.quiet {
         add(&["--quiet"]);
     }
-    println!("{}", words.join(" "));
+    said.line(words.join(" "));
     let parsed = super::help::command().try_get_matches_from(&words);
     let program = parsed.and_then(|matches| Program::from_arg_matches(&matches));
     let program = program.map_err(|error| Error::failed(error.to_string()))?;

@@ -88,7 +88,7 @@ pub struct Arguments {
     /// Board of the models; commands of another board must have the bits of this computer's.
     #[arg(long, value_enum, default_value = "host")]
     board: Board,
-    /// File with the scores for programs (sinew-comparison/1).
+    /// File for the scores as JSON (sinew-comparison/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
     /// End with status 3 where PID or RISE tracks better, with 4 for a command outside limits.
@@ -198,7 +198,8 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         arguments.json.as_deref(),
         arguments.report.as_deref(),
         arguments.plot.as_deref(),
-    ]);
+    ])
+    .quiet(of_loop.common.quiet);
     said.line(format!("reference: {}", ready.task.reference_source));
     for m in &ready.moved {
         said.line(format!(
@@ -243,9 +244,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         sinew_files::write(path, sheet(&benchmark.errors()))?;
         said.wrote(path);
     }
-    if let Some(next) = next(&arguments.models) {
-        said.line(format!("next: {next}"));
-    }
+    said.next(next(&arguments.models).unwrap_or("sinew emit MODEL --out firmware".into()));
     Ok(if arguments.exit_code {
         exit_code(&benchmark.controllers)
     } else {

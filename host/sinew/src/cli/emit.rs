@@ -52,6 +52,9 @@ pub struct Arguments {
     /// File for what was written as JSON (sinew-emit/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
+    /// No progress and no remarks.
+    #[arg(long)]
+    quiet: bool,
 }
 
 /// # Errors
@@ -67,7 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let json = arguments.json.as_deref();
     overwrite::refuse([("MODEL", arguments.model.as_path())], [("--json", json)])?;
-    let said = Said::beside([json]);
+    let said = Said::beside([json]).quiet(arguments.quiet);
     let folder = arguments.model.join(NETWORK_FILE);
     let is_network = arguments.model.is_file() || folder.is_file();
     if is_network && arguments.wiring.is_some() {
@@ -75,9 +78,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "--wiring is for a controller, not for a network alone",
         ));
     }
+    let size = format!("sinew size {}", arguments.model.display());
     if is_network {
         speed_alone(arguments.optimise)?;
         let network = network(arguments, said)?;
+        said.next(if arguments.model.is_file() {
+            format!(
+                "sinew verify {} {}",
+                arguments.model.display(),
+                arguments.out.display()
+            )
+        } else {
+            size
+        });
         return result::write(json, || document(arguments, Some(&network), None));
     }
     let plain =
@@ -90,6 +103,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let spec = store::load(&arguments.model).map_err(Error::refused)?;
     if arguments.c_abi {
         let network = for_c(arguments, &spec, said)?;
+        said.next(size);
         return result::write(json, || document(arguments, network.as_ref(), Some(&spec)));
     }
     let wired = project::wired::wired(arguments.wiring.as_deref(), &spec, None)?;
@@ -107,6 +121,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         "{}: `cargo build --release` makes its image",
         arguments.out.join("boards").join(board).display()
     ));
+    said.next(size);
     result::write(json, || document(arguments, None, Some(&spec)))
 }
 
@@ -162,11 +177,6 @@ fn network(arguments: &Arguments, said: Said) -> Result<Network> {
     let mut text = text.map_err(Error::refused)?;
     if arguments.model.is_file() {
         text += &rounding(&network, &arguments.model)?;
-        text += &format!(
-            "`sinew verify {} {}` compares it with its framework, by your own Python",
-            arguments.model.display(),
-            arguments.out.display()
-        );
     }
     said.line(text.trim_end());
     Ok(network)

@@ -43,7 +43,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             sinew_files::write(path, json + "\n")?;
             said.wrote(path);
         }
-        None => said.line(text.trim_end()),
+        None => {
+            said.line(text.trim_end());
+            if arguments.name.is_none() {
+                said.next("sinew explain NAME");
+            }
+        }
     }
     Ok(())
 }
@@ -61,7 +66,7 @@ fn list() -> String {
             wrapped(&names.join(", "), "  ", "  ")
         );
     }
-    text + "next: sinew explain NAME\n"
+    text
 }
 
 /// One name for a person, in lines of 80 columns.

@@ -71,7 +71,7 @@ pub struct Arguments {
     /// Its commands must have the bits of this computer's.
     #[arg(long, value_enum)]
     board: Option<Board>,
-    /// File with every pair for programs (sinew-faults/1).
+    /// File for every pair as JSON (sinew-faults/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
 }
@@ -162,7 +162,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .iter()
         .filter(|(_, seen)| seen.iter().any(|h| h.times > 0));
     let alarms = alarms.count();
-    let said = Said::beside([arguments.json.as_deref()]);
+    let said = Said::beside([arguments.json.as_deref()]).quiet(of_loop.common.quiet);
     let unit = ready.units().next().unwrap_or("1").to_string();
     said.line(table(&pairs, arguments.matters, &unit));
     said.line(format!(
@@ -198,6 +198,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         sinew_files::write(path, format!("{document:#}\n"))?;
         said.wrote(path);
     }
+    said.next(format!(
+        "sinew emit {} --out firmware",
+        arguments.model.display()
+    ));
     Ok(())
 }
 

@@ -9,6 +9,7 @@ use super::result;
 use crate::flash::{Options, chip, document, flash, list, listed, ready};
 use crate::project::{self, Board, Optimise, image};
 use sinew_ident::cli::overwrite;
+use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 
 /// Arguments of `sinew flash`.
@@ -47,7 +48,7 @@ pub struct Arguments {
     /// File for the image or the probes as JSON (sinew-flash/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress.
+    /// No progress and no remarks.
     #[arg(long)]
     quiet: bool,
 }
@@ -67,6 +68,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             println!("no debug probe is connected");
         }
         probes.iter().for_each(|probe| println!("{probe}"));
+        Said::beside([])
+            .quiet(arguments.quiet)
+            .next("sinew flash --board BOARD --model DIR");
         return result::write(json, || listed(&probes));
     };
     let chip = chip(board)?;
@@ -89,6 +93,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     // Before the log, which goes on until Ctrl-C.
     let mut then = || {
         written = result::write(json, || document(board, chip, &built.lockstep, sizes));
+        Said::beside([json]).quiet(arguments.quiet).next(format!(
+            "sinew monitor --port PORT --model {}",
+            model.display()
+        ));
     };
     flash(chip, &built.lockstep, &options, &mut then)?;
     written

@@ -151,6 +151,9 @@ const EXAMPLES: &[(&str, &[&str])] = &[
 /// Short names of flags that mean the same in every verb.
 const SHORT: &[(&str, char)] = &[("out", 'o'), ("quiet", 'q')];
 
+/// Verbs that fit nothing: their recordings say how far signals go and how noisy they are.
+const RANGES: [&str; 4] = ["tune", "compare", "faults", "pil"];
+
 /// The verbs with their examples and short flags.
 fn program() -> Command {
     let mut program = Program::command();
@@ -162,6 +165,18 @@ fn program() -> Command {
         };
         let text = format!("{title}:\n  {}", lines.join("\n  "));
         program = program.mut_subcommand(name, |verb| verb.after_long_help(text));
+    }
+    for name in RANGES {
+        program = program.mut_subcommand(name, |verb| {
+            verb.mut_arg("fit", |fit| {
+                fit.help(
+                    "A recording (CSV) with the ranges and the noise of signals; may be repeated",
+                )
+            })
+            .mut_arg("test", |test| {
+                test.help("A recording whose motion the loop follows; may be repeated")
+            })
+        });
     }
     let verbs: Vec<String> = (program.get_subcommands())
         .map(|verb| verb.get_name().to_owned())
@@ -307,6 +322,37 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn flags_that_verbs_share_mean_the_same() {
+        let program = Program::command();
+        let mut seen = std::collections::BTreeMap::new();
+        for verb in program.get_subcommands().filter(|verb| !verb.is_hide_set()) {
+            for argument in verb.get_arguments() {
+                let id = argument.get_id().as_str();
+                let help = argument.get_help().map(ToString::to_string);
+                let help = help.unwrap_or_default();
+                let long = argument.get_long_help().map(ToString::to_string);
+                let all = long.unwrap_or_else(|| help.clone());
+                let is_as_elsewhere = match id {
+                    "quiet" => help == "No progress and no remarks",
+                    "json" => {
+                        help.starts_with("File for ") && all.contains("`-` is standard output")
+                    }
+                    "report" => help.starts_with("File for a page: "),
+                    "out" => {
+                        help.starts_with("File for ")
+                            || help.starts_with("Folder ")
+                            || help.starts_with("File of ")
+                    }
+                    _ => continue,
+                };
+                assert!(is_as_elsewhere, "{} --{id}: {help}", verb.get_name());
+                *seen.entry(id.to_owned()).or_insert(0) += 1;
+            }
+        }
+        assert!(seen["quiet"] > 20 && seen["json"] > 25, "{seen:?}");
     }
 
     #[test]

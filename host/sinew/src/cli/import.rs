@@ -8,7 +8,7 @@ use sinew_model::{import, store};
 use sinew_nn::{Network, commands};
 use sinew_sim::Plant;
 
-use super::result;
+use super::{Recordings, recording_flags, result};
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::pipeline::import::{adopt, judged};
 use crate::pipeline::learn::save;
@@ -40,6 +40,9 @@ pub struct Arguments {
     /// File for the layers as JSON (sinew-import/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
+    /// No progress and no remarks.
+    #[arg(long)]
+    quiet: bool,
 }
 
 /// # Errors
@@ -61,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .map(|path| ("an input", path.as_path())),
         [("--json", json)],
     )?;
-    let said = Said::beside([json]);
+    let said = Said::beside([json]).quiet(arguments.quiet);
     match (&arguments.rig, &arguments.out) {
         (Some(rig), Some(out)) => model(arguments, rig, out, said),
         (_, out) => {
@@ -69,6 +72,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             let text = commands::import(&network, out.as_deref()).map_err(Error::refused)?;
             let rounded = rounding(&network, &arguments.network)?;
             said.line(format!("{text}{rounded}").trim_end());
+            let own = out.as_deref().unwrap_or(&arguments.network);
+            said.next(format!("sinew size {}", own.display()));
             result::write(json, || document(&network, &arguments.network, Value::Null))
         }
     }
@@ -124,10 +129,10 @@ fn refuse_own_folder(network: &Path, out: &Path) -> Result<()> {
     .help("name another"))
 }
 
-fn model(arguments: &Arguments, rig: &Path, out: &Path, said: Said) -> Result<()> {
+fn model(arguments: &Arguments, rig_path: &Path, out: &Path, said: Said) -> Result<()> {
     let network = import::read(&arguments.network).map_err(Error::refused)?;
     let text = commands::import(&network, None).map_err(Error::refused)?;
-    let rig = rig_file::load(rig)?;
+    let rig = rig_file::load(rig_path)?;
     let plant = Plant::new(&rig)?;
     let read = |paths: &[PathBuf]| paths.iter().map(read_recording).collect::<Result<Vec<_>>>();
     let (fit, test) = (read(&arguments.fit)?, read(&arguments.test)?);
@@ -165,6 +170,16 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path, said: Said) -> Result<()
         }
     }
     said.line(out.join(store::MODEL_FILE).display());
+    let recordings = Recordings {
+        fit: arguments.fit.clone(),
+        test: arguments.test.clone(),
+    };
+    said.next(format!(
+        "sinew tune {} {}{} --out tuned.toml --model-out tuned",
+        rig_path.display(),
+        out.display(),
+        recording_flags(&recordings)
+    ));
     let outputs: Vec<&str> = spec.outputs.iter().map(|o| o.name.as_str()).collect();
     let judged = errors.map(|(next, last)| {
         json!({ "one_step_rms": next, "horizon_rms": last, "horizon": task.rollout() })

@@ -44,7 +44,7 @@ use crate::rig_file::{self, ControlTable};
 use sinew_device::protocol::Identity;
 pub use sinew_ident::cli::{Common, Recordings};
 use sinew_ident::cli::{
-    check, convert, diagnose, excite, failing, fit, fleet, interrupt, learn, mjcf,
+    check, colour, convert, diagnose, excite, failing, fit, fleet, interrupt, learn, mjcf,
 };
 use sinew_ident::error::{Error, Result};
 use sinew_model::spec::ModelSpec;
@@ -53,6 +53,8 @@ use sinew_model::spec::ModelSpec;
 #[derive(Parser)]
 #[command(name = "sinew", version, about, arg_required_else_help = true)]
 struct Program {
+    #[command(flatten)]
+    colour: colour::Colour,
     #[command(subcommand)]
     verb: Verb,
 }
@@ -302,7 +304,9 @@ pub fn main() -> ExitCode {
     failing::end_with_standard_output(|| {
         (crate::device::kill_all(), sinew_files::remove_unfinished())
     });
-    let parsed = help::command().try_get_matches();
+    let choice = colour::asked(std::env::args_os());
+    colour::choose(choice);
+    let parsed = help::command().color(choice).try_get_matches();
     let program = match parsed.and_then(|matches| Program::from_arg_matches(&matches)) {
         Ok(program) => program,
         Err(error) => {

@@ -48,7 +48,9 @@ pub struct Arguments {
     /// File for losses and events as JSON (sinew-monitor/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// Show no state; events go to standard error.
+    /// No progress and no remarks.
+    ///
+    /// The state is not shown; events go to standard error.
     #[arg(long)]
     quiet: bool,
 }
@@ -98,9 +100,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(out) = out {
         said.wrote(out);
     }
-    let mcap = out.filter(|out| is_mcap(out));
-    if let Some(out) = mcap.filter(|_| !arguments.quiet) {
-        said.line(format!("next: sinew convert {} --list", out.display()));
+    if !arguments.quiet {
+        said.next(match out.filter(|out| !sinew_files::is_output(out)) {
+            Some(out) if is_mcap(out) => format!("sinew convert {} --list", out.display()),
+            Some(out) => format!("sinew check {}", out.display()),
+            None => "sinew monitor --out run.csv, with the same flags, keeps what is seen".into(),
+        });
     }
     Ok(())
 }

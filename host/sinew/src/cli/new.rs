@@ -69,7 +69,7 @@ pub struct Arguments {
     /// File for what was guessed and left out as JSON (sinew-new/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress.
+    /// No progress and no remarks.
     #[arg(long)]
     quiet: bool,
     /// Repairs of the recording.
@@ -126,7 +126,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         quiet: arguments.quiet,
     };
     let new = new_rig::run(&options)?;
-    let said = Said::beside([Some(new.path.as_path()), json.as_deref()]);
+    let said = Said::beside([Some(new.path.as_path()), json.as_deref()]).quiet(options.quiet);
     said.wrote(&new.path);
     if !new.unused.is_empty() {
         said.line(format!(
@@ -142,8 +142,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
     } else {
         new.path.display().to_string()
     };
-    said.line(format!(
-        "next: sinew fit {rig} --fit {}{}",
+    said.next(format!(
+        "sinew fit {rig} --fit {}{}",
         options.recording.display(),
         options.repairs.flags()
     ));
@@ -183,7 +183,7 @@ fn from_mechanism(file: &Path, format: Format, arguments: &Arguments) -> Result<
     let made = import(file, format, &arguments.joints)?;
     crate::rig_file::parse(&made.text, &out.display().to_string())?;
     sinew_files::write(&out, &made.text)?;
-    let said = Said::beside([Some(out.as_path()), json]);
+    let said = Said::beside([Some(out.as_path()), json]).quiet(arguments.quiet);
     said.wrote(&out);
     if !arguments.quiet {
         for line in &made.left_out {
@@ -193,8 +193,8 @@ fn from_mechanism(file: &Path, format: Format, arguments: &Arguments) -> Result<
     for added in &made.added {
         said.line(format!("added: {added}"));
     }
-    said.line(format!(
-        "next: name the columns of a recording in {}, then sinew fit",
+    said.next(format!(
+        "name the columns of a recording in {}, then sinew fit",
         out.display()
     ));
     result::write(json, || {

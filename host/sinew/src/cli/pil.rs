@@ -68,7 +68,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             ("--recording", arguments.recording.as_deref()),
         ],
     )?;
-    let said = Said::beside([arguments.json.as_deref(), arguments.report.as_deref()]);
+    let said = Said::beside([arguments.json.as_deref(), arguments.report.as_deref()])
+        .quiet(of_loop.common.quiet);
     let ready = of_loop.load(arguments.plant.as_deref())?;
     let spec = ready.model(&arguments.model)?;
     let rig_name = rig_file::load(&of_loop.rig)?.name;
@@ -130,6 +131,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         sinew_files::write(path, text)?;
         said.wrote(path);
     }
+    let next = format!("sinew emit {} --out firmware", arguments.model.display());
     if let Some(path) = &arguments.report {
         let inputs: Vec<(&str, &str)> = (ready.plant.inputs().iter())
             .map(|input| (input.column.as_str(), input.unit()))
@@ -139,7 +141,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let page = LoopPage {
             rig: &rig_name,
             board: &board,
-            next: &format!("sinew emit {} --out firmware", arguments.model.display()),
+            next: &next,
             reference: &ready.task.reference_source,
             outputs: &outputs,
             inputs: &inputs,
@@ -155,6 +157,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         sinew_files::write(path, text)?;
         said.wrote(path);
     }
+    said.next(next);
     Ok(())
 }
 

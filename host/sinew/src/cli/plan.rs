@@ -63,7 +63,7 @@ pub struct Arguments {
     /// `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// Write a page with plots of commands and signals.
+    /// File for a page: commands and signals over time.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
     /// No progress and no remarks.
@@ -140,7 +140,11 @@ fn write(
     found
         .recording(plant, &arguments.out)?
         .write(&arguments.out)?;
-    let said = Said::beside([Some(arguments.out.as_path()), arguments.json.as_deref()]);
+    let said = Said::beside([
+        Some(arguments.out.as_path()),
+        arguments.json.as_deref(),
+        arguments.report.as_deref(),
+    ]);
     if let Some(path) = &arguments.report {
         let plots = view::simulation(plant, &found.t, &found.inputs, &found.trajectory);
         let lead = sentences(found).join(" ");
@@ -161,6 +165,12 @@ fn write(
         let document = found.json(plant, options);
         sinew_files::write(path, format!("{document:#}\n"))?;
         said.wrote(path);
+    }
+    if !arguments.quiet && !sinew_files::is_output(&arguments.out) {
+        said.next(format!(
+            "sinew record --port PORT --model DIR --input {} --out A.csv",
+            arguments.out.display()
+        ));
     }
     Ok(())
 }

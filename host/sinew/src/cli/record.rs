@@ -19,13 +19,13 @@ pub struct Arguments {
     /// The excitation: a CSV with a column for each of the model's inputs.
     #[arg(long, value_name = "CSV")]
     input: PathBuf,
-    /// The recording to write.
+    /// File for the recording (CSV); `-` is standard output.
     #[arg(long, value_name = "CSV")]
     out: PathBuf,
     /// File for the figures as JSON (sinew-record/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress.
+    /// No progress and no remarks.
     #[arg(long)]
     quiet: bool,
 }
@@ -62,7 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     ));
     said.wrote(&arguments.out);
     if recorded.ended.is_none() && !arguments.quiet {
-        said.line(format!("next: sinew check {}", arguments.out.display()));
+        said.next(format!("sinew check {}", arguments.out.display()));
     }
     match recorded.ended {
         None => Ok(()),

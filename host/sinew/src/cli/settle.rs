@@ -42,10 +42,10 @@ pub struct Arguments {
     /// Holds the derivatives by all free parameters as well.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// Page with the readings over the swept input, or with the one rest.
+    /// File for a page: the readings over the swept input, or the one rest.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
-    /// No remarks.
+    /// No progress and no remarks.
     #[arg(long)]
     quiet: bool,
 }
@@ -129,6 +129,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .into_iter()
             .flatten()
             .for_each(|path| said.wrote(path));
+        let rig = arguments.rig.display();
+        said.next(match arguments.sweep {
+            Some(_) => format!("sinew fit {rig} --static --fit RESTS.csv --out fitted.toml"),
+            None => format!("sinew plan {rig} --goal 'NAME = VALUE at 1 s' --out plan.csv"),
+        });
     }
     Ok(())
 }

@@ -56,7 +56,7 @@ pub struct Arguments {
     /// File for what was simulated as JSON (sinew-simulation/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No remarks.
+    /// No progress and no remarks.
     #[arg(long)]
     quiet: bool,
 }
@@ -202,6 +202,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         for path in others.into_iter().flatten() {
             said.wrote(path);
         }
+        let fit = if arguments.with_inputs {
+            &arguments.out
+        } else {
+            &arguments.input
+        };
+        said.next(format!(
+            "sinew fit {} --fit {} --out fitted.toml",
+            arguments.rig.display(),
+            fit.display()
+        ));
     }
     let held = plant.inputs().iter().zip(drive.held());
     let held = held.filter(|(input, _)| is_recorded(input));

@@ -8,21 +8,23 @@ use serde_json::{Value, json};
 use sinew_model::{import, store};
 use sinew_nn::commands;
 use sinew_nn::emit::{Accuracy, Options, Weights};
-use sinew_nn::footprint::{CYCLES_PER_INSTRUCTION, Cost};
+use sinew_nn::footprint::{BOARDS, CYCLES_PER_INSTRUCTION, Cost, Fit};
 
 use super::{result, speed_alone};
 use crate::pipeline::footprint::{self, REMARK, measure, table};
 use crate::project::{Board, Optimise};
 use sinew_ident::cli::overwrite;
+use sinew_ident::cli::progress::Stage;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
+use sinew_ident::report::count;
 
 /// Arguments of `sinew size`.
 #[derive(Args)]
 pub struct Arguments {
     /// The network: a file or folder that `sinew import` reads, or a model of `sinew train`.
     network: PathBuf,
-    /// stm32f446, nrf52840 or qemu; without it, the controller of a model on every board.
+    /// stm32f446, nrf52840 or qemu; without it every board.
     #[arg(long)]
     board: Option<String>,
     /// Largest error of tanh: the cheapest function within it is taken.
@@ -45,7 +47,7 @@ pub struct Arguments {
     /// File for the figures as JSON (sinew-size/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress.
+    /// No progress and no remarks.
     #[arg(long)]
     quiet: bool,
 }
@@ -65,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let json = arguments.json.as_deref();
     overwrite::refuse([("NETWORK", network.as_path())], [("--json", json)])?;
-    let said = Said::beside([json]);
+    let said = Said::beside([json]).quiet(arguments.quiet);
     let mut document = json!({
         "format": "sinew-size/1",
         "name": null,
@@ -73,12 +75,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         "network": null,
         "controller": null,
     });
-    if let Some(board) = &arguments.board {
-        bare(arguments, board, said, &mut document)?;
-    } else if spec.is_none() {
-        return Err(Error::arguments("a network alone is sized for one board")
-            .help("name it: --board stm32f446, nrf52840 or qemu"));
+    // Without a board that is named, of a model the controller alone.
+    if arguments.board.is_some() || spec.is_none() {
+        bare(arguments, said, &mut document)?;
     }
+    let is_model = spec.is_some();
     if let Some(spec) = spec {
         let asked = |board: &Board| {
             let named = arguments.board.as_deref();
@@ -88,31 +89,50 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let (steps, rows) = measure(&spec, &boards, arguments.optimise, folder, arguments.quiet)?;
         said.line("");
         said.line(format!(
-            "{}\n{}\n{}",
+            "{}\n{}\n{}\n{}",
             table(&spec, &steps, &rows).text(),
+            footprint::verdicts(&spec, &steps, &rows),
             footprint::parts(&spec, &steps).text(),
             REMARK.trim_end()
         ));
         document["name"] = json!(spec.name);
         document["controller"] = footprint::json(&spec, &steps, &rows);
     }
+    let path = arguments.network.display();
+    let is_too_large = (document["network"]["boards"]
+        .as_array()
+        .into_iter()
+        .flatten())
+    .any(|board| board["predict_fits"] == false);
+    said.next(if is_model {
+        format!("sinew emit {path} --out firmware")
+    } else if is_too_large && arguments.weights == Weights::Float32 {
+        format!("sinew size {path} --weights int8")
+    } else {
+        format!("sinew emit {path} --out crate")
+    });
     result::write(json, || document)
 }
 
 /// The network alone.
-fn bare(arguments: &Arguments, board: &str, said: Said, document: &mut Value) -> Result<()> {
-    let on = commands::board(board).map_err(|e| Error::arguments(e.to_string()))?;
+fn bare(arguments: &Arguments, said: Said, document: &mut Value) -> Result<()> {
+    let named = arguments.board.as_deref();
+    let on = named.map(commands::board).transpose();
+    let on = on.map_err(|e| Error::arguments(e.to_string()))?;
     let options = Options {
         accuracy: arguments.tanh_tolerance,
         weights: arguments.weights,
         ..Options::default()
     };
-    let network = import::read(&arguments.network).map_err(|e| Error::failed(e.to_string()))?;
-    let sized = commands::size(&network, board, &options, &arguments.build_dir);
-    let (text, found) = sized.map_err(|e| Error::failed(e.to_string()))?;
+    let network = import::read(&arguments.network).map_err(Error::refused)?;
+    let stage = Stage::begin("link it and count in QEMU", arguments.quiet);
+    let sized = commands::size(&network, named, &options, &arguments.build_dir);
+    let (text, found, layers) = sized.map_err(|e| Error::failed(e.to_string()))?;
+    stage.end(count(layers.len(), "layer"));
     said.line(text.trim_end());
+    let chip = on.and_then(|board| board.chip);
     let cost = |cost: &Cost| {
-        let time_s = on.chip.zip(cost.instructions).map(|(chip, instructions)| {
+        let time_s = chip.zip(cost.instructions).map(|(chip, instructions)| {
             instructions as f64 * CYCLES_PER_INSTRUCTION / f64::from(chip.clock_hz)
         });
         json!({
@@ -123,13 +143,37 @@ fn bare(arguments: &Arguments, board: &str, said: Said, document: &mut Value) ->
             "time_s": time_s,
         })
     };
+    let layers = layers.iter().map(|layer| {
+        json!({
+            "name": layer.name,
+            "kind": layer.kind,
+            "shape": layer.shape,
+            "weight_bytes": layer.weight_bytes,
+            "code_bytes": layer.code_bytes,
+            "ram_bytes": layer.ram_bytes,
+            "stack_bytes": layer.stack_bytes,
+            "instructions": layer.instructions,
+        })
+    });
+    let boards = BOARDS.iter().filter(|it| on.is_none_or(|one| one == *it));
+    let boards = boards.map(|board| {
+        json!({
+            "board": board.name,
+            "flash_bytes": board.flash_bytes,
+            "ram_bytes": board.ram_bytes,
+            "predict_fits": Fit::of(&found.predict, board).fits(),
+            "jacobian_fits": Fit::of(&found.jacobian, board).fits(),
+        })
+    });
     document["name"] = json!(network.name);
     document["network"] = json!({
-        "board": board,
+        "board": named,
         "parameters": network.parameters(),
         "weight_bytes": found.weight_bytes,
         "predict": cost(&found.predict),
         "jacobian": cost(&found.jacobian),
+        "layers": layers.collect::<Vec<_>>(),
+        "boards": boards.collect::<Vec<_>>(),
     });
     Ok(())
 }

@@ -3,12 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use sinew_model::spec::ModelSpec;
 use sinew_model::store;
-use sinew_sim::Plant;
+use sinew_sim::{Plant, Rig};
 
 use super::{Common, Recordings, recording_flags};
 use crate::closed_loop::control_problem::ControlProblem;
-use crate::pipeline::learn::{CHECKPOINT_FILE, fits, learn, save};
+use crate::pipeline::kept_model::{self, Kept};
+use crate::pipeline::learn::{CHECKPOINT_FILE, Record, fits, learn, save, went_on};
 use crate::pipeline::plants::Plants;
 use crate::pipeline::predictor::starts;
 use crate::pipeline::soft_sensor::{as_sensed, attach, sensor_line};
@@ -21,6 +23,8 @@ use sinew_ident::cli::repair::read_recording;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::free_runs;
+use sinew_ident::population::Fleet;
+use sinew_ident::recording::Recording;
 use sinew_ident::report::{Provenance, quantity, shared_values};
 
 /// Arguments of `sinew train`.
@@ -33,6 +37,9 @@ pub struct Arguments {
     /// Folder of the model: model.toml and weights.safetensors.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Train anew, though the model that is there has the same rig, recordings and seed.
+    #[arg(long)]
+    again: bool,
     /// The fleet that the plant of each episode is drawn from (sinew-fleet/1).
     #[arg(long, value_name = "TOML")]
     fleet: Option<PathBuf>,
@@ -64,9 +71,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             ),
         ],
     )?;
+    let said = Said::beside([arguments.json.as_deref(), arguments.report.as_deref()])
+        .quiet(arguments.common.quiet);
     let rig = rig_file::load(&arguments.rig)?;
     if let Some(line) = shared_values(&rig).filter(|_| !arguments.common.quiet) {
-        println!("{line}");
+        said.line(line);
     }
     let plant = Plant::new(&rig)?;
     let fleet = fleet(arguments.fleet.as_deref(), &rig)?;
@@ -77,42 +86,42 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let reference = tests.first().unwrap_or(&recordings[0]);
     let task = ControlProblem::new(&rig, &plant, &recordings, reference)?;
     fits(&rig, &plant, &task)?;
-    let task = as_sensed(&task, &plant, &recordings)?;
-    let runs = free_runs(&rig, &recordings)?;
-    let sampled_states = starts(&plant, &recordings, &runs)?;
+    let seed = arguments.common.seed;
+    let key = kept_model::key(&rig, (&recordings, &tests), seed, fleet.as_ref());
+    let kept = Kept::find(&arguments.out, key).filter(|_| !arguments.again);
     let stage = Stage::begin("train the network", arguments.common.quiet);
-    let mut learned = learn(
-        &rig,
-        &plant,
-        Plants {
-            usual: &plant.values(),
-            fleet: fleet.as_ref(),
-        },
-        &sampled_states,
-        &task,
-        (arguments.common.seed, &arguments.out.join(CHECKPOINT_FILE)),
-        |done, of, losses| {
-            stage.share(done, of, &format!("passes, loss {:.4}", losses.validation));
-        },
-    )?;
-    stage.end(format!("{} weights", learned.record.parameters));
-    let sensor = attach(&mut learned.spec, &task, &plant, &recordings, false)?;
-    save(&arguments.out, &learned.spec)?;
-    let said = Said::beside([arguments.json.as_deref(), arguments.report.as_deref()]);
+    let (spec, record, sensor) = match kept {
+        Some((kept, spec)) => {
+            stage.end("as before: same rig, recordings and seed; --again trains anew");
+            (spec, kept.record, kept.sensor)
+        }
+        None => {
+            let work = Work {
+                rig: &rig,
+                plant: &plant,
+                task: &task,
+                recordings: &recordings,
+                fleet: fleet.as_ref(),
+            };
+            let (spec, record, sensor) = work.train(arguments, stage)?;
+            Kept::note(&arguments.out, key, &record, sensor.clone())?;
+            (spec, record, sensor)
+        }
+    };
     for (i, unit) in task.units(&plant).enumerate() {
         said.line(format!(
             "{}: {} off after one step, {} after {}, on stretches that trained nothing",
-            learned.spec.outputs[i].name,
-            quantity(learned.record.one_step_rms[i], unit),
-            quantity(learned.record.horizon_rms[i], unit),
-            learned.record.horizon
+            spec.outputs[i].name,
+            quantity(record.one_step_rms[i], unit),
+            quantity(record.horizon_rms[i], unit),
+            record.horizon
         ));
     }
     if let Some(sensor) = &sensor {
-        said.line(sensor_line(&learned.spec, sensor));
+        said.line(sensor);
     }
     if let Some(path) = &arguments.json {
-        let mut document = serde_json::to_value(&learned.record)
+        let mut document = serde_json::to_value(&record)
             .map_err(|e| Error::failed(format!("{}: {e}", path.display())))?;
         document["format"] = "sinew-training/1".into();
         sinew_files::write(path, format!("{document:#}\n"))?;
@@ -125,17 +134,69 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         recording_flags(&arguments.recordings)
     );
     if let Some(path) = &arguments.report {
-        let signals: Vec<(&str, &str)> = (learned.spec.outputs.iter())
+        let signals: Vec<(&str, &str)> = (spec.outputs.iter())
             .map(|output| output.name.as_str())
             .zip(task.units(&plant))
             .collect();
-        let sensor = sensor.as_ref().map(|it| sensor_line(&learned.spec, it));
         let made = Provenance::typed().seed(arguments.common.seed);
-        let of = (rig.name.as_str(), &learned.record);
+        let of = (rig.name.as_str(), &record);
         training_page(of, &signals, (sensor, &next), &made).write(path)?;
         said.wrote(path);
     }
     said.line(arguments.out.join(store::MODEL_FILE).display());
-    said.line(format!("next: {next}"));
+    said.next(&next);
     Ok(())
+}
+
+/// Inputs of a training.
+struct Work<'a> {
+    rig: &'a Rig,
+    plant: &'a Plant,
+    task: &'a ControlProblem,
+    recordings: &'a [Recording],
+    fleet: Option<&'a Fleet>,
+}
+
+impl Work<'_> {
+    /// Trains and saves the model: the model, its record, the line about its soft sensor.
+    fn train(
+        &self,
+        arguments: &Arguments,
+        stage: Stage,
+    ) -> Result<(ModelSpec, Record, Option<String>)> {
+        let &Self {
+            rig,
+            plant,
+            recordings,
+            ..
+        } = self;
+        let task = as_sensed(self.task, plant, recordings)?;
+        let runs = free_runs(rig, recordings)?;
+        let sampled_states = starts(plant, recordings, &runs)?;
+        let mut first = None;
+        let mut learned = learn(
+            rig,
+            plant,
+            Plants {
+                usual: &plant.values(),
+                fleet: self.fleet,
+            },
+            &sampled_states,
+            &task,
+            (arguments.common.seed, &arguments.out.join(CHECKPOINT_FILE)),
+            |done, of, losses| {
+                first.get_or_insert(done);
+                stage.share(done, of, &format!("passes, loss {:.4}", losses.validation));
+            },
+        )?;
+        stage.end(format!(
+            "{} weights{}",
+            learned.record.parameters,
+            went_on(first)
+        ));
+        let sensor = attach(&mut learned.spec, &task, plant, recordings, false)?;
+        save(&arguments.out, &learned.spec)?;
+        let sensor = sensor.map(|sensor| sensor_line(&learned.spec, &sensor));
+        Ok((learned.spec, learned.record, sensor))
+    }
 }

@@ -50,7 +50,7 @@ pub struct Arguments {
     /// Folder for the model with the tuned [control] table, for `compare`, `pil` and `emit`.
     #[arg(long, value_name = "DIR")]
     model_out: Option<PathBuf>,
-    /// File for programs (sinew-tuning/1).
+    /// File for settings and scores as JSON (sinew-tuning/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
     /// File for a page: objectives, loops before and after, settings.
@@ -168,7 +168,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Some(arguments.out.as_path()),
         arguments.json.as_deref(),
         arguments.report.as_deref(),
-    ]);
+    ])
+    .quiet(arguments.common.quiet);
     let objective = format!(
         "objective: {}, of {} over references that are not reported on; reported: {}",
         arguments.objective.name(),
@@ -246,7 +247,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         said.wrote(path);
     }
     if let Some(next) = next {
-        said.line(format!("next: {next}"));
+        said.next(next);
     }
     Ok(())
 }

@@ -44,6 +44,9 @@ pub struct Arguments {
     /// File for the comparison as JSON (sinew-verify/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
+    /// No progress and no remarks.
+    #[arg(long)]
+    quiet: bool,
 }
 
 /// Largest difference that arithmetic in f32 explains, as a part of the range.
@@ -61,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         [("NETWORK", arguments.network.as_path())],
         [("--json", json)],
     )?;
-    let said = Said::beside([json]);
+    let said = Said::beside([json]).quiet(arguments.quiet);
     let network = import::read(&arguments.network).map_err(Error::refused)?;
     let rounding = sinew_nn::import::rounding(&arguments.network).map_err(Error::refused)?;
     let reach = rounding.and_then(|rounding| rounding.input);
@@ -154,7 +157,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "{}: its tests fail: {failure}",
             folder.display()
         ))),
-        _ => Ok(()),
+        _ => {
+            said.line(format!("{place} agrees with its framework"));
+            said.next(match &arguments.crate_folder {
+                Some(_) => format!("sinew size {place}"),
+                None => format!("sinew emit {place} --out crate"),
+            });
+            Ok(())
+        }
     }
 }
 

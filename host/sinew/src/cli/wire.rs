@@ -36,6 +36,9 @@ pub struct Arguments {
     /// File for pins and remarks as JSON (sinew-wire/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
+    /// No progress and no remarks.
+    #[arg(long)]
+    quiet: bool,
 }
 
 /// # Errors
@@ -76,7 +79,8 @@ fn first(arguments: &Arguments, signals: &Signals) -> Result<()> {
     }
     sinew_files::write(&out, &text)?;
     let json = arguments.json.as_deref();
-    let said = Said::beside([Some(out.as_path()), arguments.picture.as_deref(), json]);
+    let said = Said::beside([Some(out.as_path()), arguments.picture.as_deref(), json])
+        .quiet(arguments.quiet);
     said.wrote(&out);
     arguments.picture.iter().for_each(|path| said.wrote(path));
     let file = if sinew_files::is_output(&out) {
@@ -84,8 +88,8 @@ fn first(arguments: &Arguments, signals: &Signals) -> Result<()> {
     } else {
         out.display().to_string()
     };
-    said.line(format!(
-        "next: fill in what is nan, then sinew wire {} --check {file}",
+    said.next(format!(
+        "fill in what is nan, then sinew wire {} --check {file}",
         arguments.rig.display()
     ));
     result::write(json, || document(&wiring, board, &[]))
@@ -106,15 +110,15 @@ fn checked(arguments: &Arguments, file: &Path, signals: &Signals) -> Result<()> 
         return Err(refused(Some(file), &faults));
     }
     let json = arguments.json.as_deref();
-    let said = Said::beside([arguments.picture.as_deref(), json]);
+    let said = Said::beside([arguments.picture.as_deref(), json]).quiet(arguments.quiet);
     said.line(sinew_wiring::table(&wiring, board).trim_end());
     remarks.iter().for_each(|remark| said.line(remark));
     if let Some(path) = &arguments.picture {
         sinew_files::write(path, sinew_wiring::picture(&wiring, board))?;
         said.wrote(path);
     }
-    said.line(format!(
-        "next: sinew flash --board {} --model DIR --wiring {}",
+    said.next(format!(
+        "sinew flash --board {} --model DIR --wiring {}",
         board.name,
         file.display()
     ));

@@ -18,6 +18,7 @@ use crate::pipeline::summary::ModelRig;
 use crate::project::{self, Board, Built, Optimise, Sizes};
 use crate::rig_file;
 use sinew_ident::check::Check;
+use sinew_ident::cli::colour;
 use sinew_ident::cli::fit::fleet as read_fleet;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::cli::repair::Repairs;
@@ -166,7 +167,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
         // Before minutes go into what is made on it.
         doubts
             .iter()
-            .for_each(|doubt| eprintln!("  warning: {doubt}"));
+            .for_each(|doubt| colour::on_error(format!("  warning: {doubt}")));
     }
 
     let diagnosis = if request.diagnose {

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 use sinew_model::spec::ModelSpec;
 use sinew_model::work;
-use sinew_nn::footprint::CYCLES_PER_INSTRUCTION;
+use sinew_nn::footprint::{CYCLES_PER_INSTRUCTION, Fit};
 
 use crate::device::{Device, decode_log};
 use crate::project::{self, Board, Chip, Optimise, Sizes, board_folder, image};
@@ -50,7 +50,60 @@ pub struct Parts {
 pub struct OnBoard {
     chip: &'static Chip,
     name: &'static str,
-    sizes: Sizes,
+    /// Sizes of its image, or the linker's words about a memory that is too small.
+    sizes: std::result::Result<Sizes, String>,
+}
+
+impl OnBoard {
+    /// The image and the stack of a step beside the chip's memories; none for an image that the
+    /// linker refused.
+    fn fit(&self, steps: &Steps) -> Option<Fit> {
+        let sizes = self.sizes.as_ref().ok()?;
+        Some(Fit {
+            flash_bytes: sizes.flash_bytes,
+            ram_bytes: sizes.ram_bytes + steps.stack_bytes,
+            flash_of_board: self.chip.flash_bytes.into(),
+            ram_of_board: self.chip.ram_bytes.into(),
+            stack_bytes: Some(steps.stack_bytes),
+        })
+    }
+
+    /// Estimated seconds of so many instructions.
+    fn time_s(&self, instructions: u64) -> f64 {
+        instructions as f64 * CYCLES_PER_INSTRUCTION / f64::from(self.chip.clock_hz)
+    }
+
+    /// Returns true if the longest step ends within the period.
+    fn fits_period(&self, spec: &ModelSpec, steps: &Steps) -> bool {
+        self.time_s(steps.longest) <= spec.period_s
+    }
+
+    /// One line: `fits`, or what is too small; and the time of a step, where it is too long.
+    fn verdict(&self, spec: &ModelSpec, steps: &Steps) -> String {
+        let memory = match (self.fit(steps), &self.sizes) {
+            (Some(fit), _) => fit.words(),
+            (None, Err(words)) => format!("does not fit: {words}"),
+            (None, Ok(_)) => String::new(),
+        };
+        let time = if self.fits_period(spec, steps) {
+            String::new()
+        } else {
+            format!(
+                "; too slow: the longest step takes {} of a period of {}",
+                quantity(self.time_s(steps.longest), "s"),
+                quantity(spec.period_s, "s")
+            )
+        };
+        format!("{:<10} {memory}{time}", self.name)
+    }
+}
+
+/// The linker's line about a memory that is too small, if it has one.
+fn overflow(words: &str) -> Option<String> {
+    let mut lines = words.lines();
+    let line = lines.find(|line| line.contains("will not fit in region"))?;
+    let at = line.find("section")?;
+    Some(line.get(at..)?.trim().to_string())
 }
 
 /// Counts the steps of the project in `folder`.
@@ -118,9 +171,14 @@ pub fn measure(
     for board in boards {
         let Some(chip) = board.chip() else { continue };
         let stage = Stage::begin(format!("link it for {}", board.folder()), quiet);
-        let built = project::compile(&folder, *board, cache)?;
-        let sizes = image::sizes(&built.lockstep)?;
-        stage.end(format!("{} B of flash", sizes.flash_bytes));
+        let sizes = match project::compile(&folder, *board, cache) {
+            Ok(built) => Ok(image::sizes(&built.lockstep)?),
+            Err(error) => Err(overflow(&error.to_string()).ok_or(error)?),
+        };
+        stage.end(match &sizes {
+            Ok(sizes) => format!("{} B of flash", sizes.flash_bytes),
+            Err(_) => "does not fit".to_string(),
+        });
         rows.push(OnBoard {
             chip,
             name: board.folder(),
@@ -156,20 +214,18 @@ pub fn table(spec: &ModelSpec, steps: &Steps, rows: &[OnBoard]) -> Table {
         "#power",
     ];
     let share = |part: u64, of: u32| format!("{:.1} %", 100.0 * part as f64 / f64::from(of));
-    rows.iter().fold(Table::new(caption, titles), |table, row| {
+    let linked = rows.iter().filter_map(|row| Some((row, row.fit(steps)?)));
+    linked.fold(Table::new(caption, titles), |table, (row, fit)| {
         let chip = row.chip;
-        let time = |instructions: u64| {
-            instructions as f64 * CYCLES_PER_INSTRUCTION / f64::from(chip.clock_hz)
-        };
+        let time = |instructions| row.time_s(instructions);
         let busy = (time(steps.mean) / period_s).min(1.0);
         let current_ma = busy * chip.run_current_ma + (1.0 - busy) * chip.sleep_current_ma;
-        let ram = row.sizes.ram_bytes + steps.stack_bytes;
         table.row([
             row.name.to_string(),
-            row.sizes.flash_bytes.to_string(),
-            share(row.sizes.flash_bytes, chip.flash_bytes),
-            ram.to_string(),
-            share(ram, chip.ram_bytes),
+            fit.flash_bytes.to_string(),
+            share(fit.flash_bytes, chip.flash_bytes),
+            fit.ram_bytes.to_string(),
+            share(fit.ram_bytes, chip.ram_bytes),
             quantity(time(steps.mean), "s"),
             quantity(time(steps.longest), "s"),
             quantity(time(steps.bound), "s"),
@@ -177,6 +233,12 @@ pub fn table(spec: &ModelSpec, steps: &Steps, rows: &[OnBoard]) -> Table {
             format!("{} mW", significant(current_ma * chip.supply_v, 3)),
         ])
     })
+}
+
+/// A line for each board: it fits, or what is too small or too slow.
+pub fn verdicts(spec: &ModelSpec, steps: &Steps, rows: &[OnBoard]) -> String {
+    let lines = rows.iter().map(|row| row.verdict(spec, steps) + "\n");
+    lines.collect()
 }
 
 /// The parts of an optimisation: instructions counted, and those that a budget counts.
@@ -216,16 +278,16 @@ pub fn parts(spec: &ModelSpec, steps: &Steps) -> Table {
 /// The same for programs, SI.
 pub fn json(spec: &ModelSpec, steps: &Steps, rows: &[OnBoard]) -> Value {
     let boards = rows.iter().map(|row| {
-        let chip = row.chip;
-        let time = |instructions: u64| {
-            instructions as f64 * CYCLES_PER_INSTRUCTION / f64::from(chip.clock_hz)
-        };
+        let (chip, fit) = (row.chip, row.fit(steps));
+        let time = |instructions| row.time_s(instructions);
         let busy = (time(steps.mean) / spec.period_s).min(1.0);
         let current_ma = busy * chip.run_current_ma + (1.0 - busy) * chip.sleep_current_ma;
         json!({
             "board": row.name,
-            "flash_bytes": row.sizes.flash_bytes,
-            "ram_bytes": row.sizes.ram_bytes + steps.stack_bytes,
+            "fits": fit.is_some_and(|fit| fit.fits()),
+            "fits_period": row.fits_period(spec, steps),
+            "flash_bytes": fit.map(|fit| fit.flash_bytes),
+            "ram_bytes": fit.map(|fit| fit.ram_bytes),
             "mean_s": time(steps.mean),
             "longest_s": time(steps.longest),
             "bound_s": time(steps.bound),
@@ -283,5 +345,63 @@ mod tests {
         };
         assert_eq!(parse(log), Some(steps));
         assert_eq!(parse("0.1 INFO it holds ... ok\n"), None);
+    }
+
+    #[test]
+    fn a_chip_whose_ram_the_stack_exceeds_is_said_and_so_is_a_step_that_is_too_long() {
+        let spec = sinew_model::store::load(
+            &std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/reference-s"),
+        )
+        .expect("a committed model");
+        let steps = |stack_bytes, longest| Steps {
+            steps: 1,
+            mean: longest,
+            longest,
+            bound: longest,
+            stack_bytes,
+            parts: Parts {
+                rollout: 1,
+                derivative: 1,
+                factorisation: 1,
+            },
+        };
+        let row = |sizes| OnBoard {
+            chip: Board::Stm32f446.chip().expect("a board with a chip"),
+            name: "stm32f446",
+            sizes,
+        };
+        let linked = || {
+            row(Ok(Sizes {
+                flash_bytes: 50_000,
+                ram_bytes: 4_000,
+                heap_bytes: 0,
+            }))
+        };
+        let small = verdicts(&spec, &steps(8_000, 1_000), &[linked()]);
+        assert_eq!(small, "stm32f446  fits: 9.54 % of flash, 9.16 % of RAM\n");
+        let deep = verdicts(&spec, &steps(148_548, 1_000), &[linked()]);
+        assert_eq!(
+            deep,
+            "stm32f446  does not fit: 152,548 B of RAM (148,548 B of it stack), the board has \
+             131,072 B\n"
+        );
+        let slow = verdicts(&spec, &steps(8_000, 1 << 40), &[linked()]);
+        assert!(
+            slow.contains("; too slow: the longest step takes"),
+            "{slow}"
+        );
+        let said = "error: x\n  = note: rust-lld: error: section '.text' will not fit in region \
+                    'FLASH': overflowed by 1234 bytes\n";
+        let words = overflow(said).expect("the linker says so");
+        let refused = [row(Err(words))];
+        assert_eq!(
+            verdicts(&spec, &steps(8_000, 1_000), &refused),
+            "stm32f446  does not fit: section '.text' will not fit in region 'FLASH': overflowed \
+             by 1234 bytes\n"
+        );
+        assert_eq!(overflow("error: something else"), None);
+        let document = json(&spec, &steps(8_000, 1_000), &refused);
+        assert_eq!(document["boards"][0]["fits"], false);
+        assert!(document["boards"][0]["flash_bytes"].is_null());
     }
 }

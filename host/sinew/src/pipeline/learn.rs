@@ -34,6 +34,14 @@ const EPISODES: [usize; 3] = [400, 80, 80];
 /// States of the recordings from which episodes may begin.
 pub const SAMPLED_STATES: usize = 4000;
 
+/// Words about a training whose first progress was at this pass: it went on where one was stopped.
+pub fn went_on(first: Option<usize>) -> String {
+    match first {
+        Some(pass) if pass > 1 => format!(", gone on from pass {pass} of a stopped training"),
+        _ => String::new(),
+    }
+}
+
 /// The rig's `[network]` table, what it leaves open filled in.
 ///
 /// # Errors
@@ -431,6 +439,16 @@ fn observed(spec: &ModelSpec, shape: Shape, episodes: &[Scaled]) -> Vec<Scaled> 
 #[cfg(test)]
 mod tests {
     use super::{crate_name, roughened};
+
+    #[test]
+    fn a_training_that_went_on_says_from_where() {
+        assert_eq!(went_on(None), "");
+        assert_eq!(went_on(Some(1)), "");
+        assert_eq!(
+            went_on(Some(31)),
+            ", gone on from pass 31 of a stopped training"
+        );
+    }
 
     #[test]
     fn an_output_without_noise_gets_a_little() {

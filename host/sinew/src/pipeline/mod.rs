@@ -3,6 +3,7 @@
 pub mod build;
 pub mod footprint;
 pub mod import;
+pub mod kept_model;
 mod kept_pid;
 pub mod learn;
 mod learn_state;

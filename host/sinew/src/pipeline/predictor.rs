@@ -9,7 +9,7 @@ use sinew_model::store;
 use sinew_sim::{Plant, Rig};
 
 use crate::closed_loop::setup::Setup;
-use crate::pipeline::learn::{CHECKPOINT_FILE, Record, SAMPLED_STATES, learn, save};
+use crate::pipeline::learn::{CHECKPOINT_FILE, Record, SAMPLED_STATES, learn, save, went_on};
 use crate::pipeline::plants::Plants;
 use crate::pipeline::soft_sensor::{as_sensed, attach};
 use crate::project;
@@ -17,6 +17,7 @@ use crate::tuning::tune::tune_quickly;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::{FreeRun, free_run};
+use sinew_ident::population::Fleet;
 use sinew_ident::recording::Recording;
 use sinew_train::dataset::{SampledState, sampled_states};
 
@@ -67,6 +68,7 @@ pub(super) fn predictor(
     let stage = Stage::begin("train the network", quiet);
     let runs = recordings.iter().map(|recording| free_run(rig, recording));
     let starts = starts(plant, recordings, &runs.collect::<Result<Vec<_>>>()?)?;
+    let mut first = None;
     let learned = learn(
         rig,
         plant,
@@ -78,17 +80,19 @@ pub(super) fn predictor(
         &as_sensed(bench.task, plant, recordings)?,
         (bench.seed, &out.join(CHECKPOINT_FILE)),
         |done, of, losses| {
+            first.get_or_insert(done);
             stage.share(done, of, &format!("passes, loss {:.4}", losses.validation));
         },
     )?;
     stage.end(format!(
-        "{} weights, {} after {} steps",
+        "{} weights, {} after {} steps{}",
         learned.record.parameters,
         sinew_ident::report::quantity(
             learned.record.horizon_rms[0],
             &plant.sensors()[bench.task.outputs[0]].unit
         ),
-        learned.record.horizon
+        learned.record.horizon,
+        went_on(first)
     ));
 
     let mut spec = learned.spec;
@@ -116,14 +120,19 @@ fn earlier(path: &Path, key: u64) -> Option<Kept> {
 
 /// Hash that changes with anything that training and tuning depend on.
 pub(super) fn key(rig: &Rig, recordings: &[Recording], bench: &Setup<'_>) -> u64 {
+    key_of(rig, recordings, bench.seed, bench.fleet)
+}
+
+/// As [`key`], of what a [`Setup`] has.
+pub(super) fn key_of(rig: &Rig, recordings: &[Recording], seed: u64, fleet: Option<&Fleet>) -> u64 {
     let mut hasher = DefaultHasher::new();
     env!("CARGO_PKG_VERSION").hash(&mut hasher);
     format!("{:?}", sinew_train::train::Options::default()).hash(&mut hasher);
     // Tuning runs the firmware.
     project::hash_sources(&mut hasher);
     rig.to_toml().hash(&mut hasher);
-    bench.seed.hash(&mut hasher);
-    if let Some(fleet) = bench.fleet {
+    seed.hash(&mut hasher);
+    if let Some(fleet) = fleet {
         fleet.to_toml().hash(&mut hasher);
     }
     for recording in recordings {
@@ -168,7 +177,6 @@ mod tests {
     use crate::closed_loop::control_problem::ControlProblem;
     use crate::closed_loop::disturbance::Disturbance;
     use crate::rig_file;
-    use sinew_ident::population::Fleet;
 
     /// A fleet of devices that all weigh about `mass`.
     fn fleet(mass: f64) -> Fleet {

@@ -1,6 +1,7 @@
 //! `sinew pil --recording` and `sinew adopt`: what the firmware learned in a loop, back in the rig.
 
 use crate::desk::{Desk, checkout, images};
+use crate::schema::{schema, violations};
 
 const FRICTION: &str =
     "\n[[effect]]\nkind = \"coulomb_friction\"\ncomponent = \"mass\"\nlevel = { value = 0.58 }\n";
@@ -54,6 +55,20 @@ fn a_loop_is_recorded_and_what_it_learned_is_adopted() {
     ));
     assert!(said.contains("1.00 kg →"), "{said}");
     assert!(said.ends_with("next: sinew train adopted.toml --fit FILE.csv --out MODEL\n"));
+    let line = format!(
+        "adopt rig.toml {model} run.csv --only mass.inertia --out adopted.toml --quiet --json -"
+    );
+    let document = desk.succeed(&line);
+    let document: serde_json::Value = serde_json::from_str(&document).expect("a document alone");
+    assert_eq!(violations(&schema("adopt"), &document), [""; 0]);
+    let parameter = &document["parameters"][0];
+    assert_eq!(
+        (&parameter["name"], &parameter["before"]),
+        (&"mass.inertia".into(), &1.0.into())
+    );
+    let ci95 = [0, 1].map(|end| parameter["ci95"][end].as_f64());
+    let value = parameter["value"].as_f64();
+    assert!(ci95[0] < value && value < ci95[1], "{document}");
     let adopted = desk.read("adopted.toml");
     let line = adopted.lines().find(|line| line.starts_with("inertia = "));
     let number = line.and_then(|line| line.split(['=', ',']).nth(2));

@@ -143,6 +143,13 @@ fn a_first_run_writes_the_bare_model_and_says_what_comes_next() {
         said.contains("sinew flash --board BOARD --model first/bare"),
         "{said}"
     );
+    let output = desk.sinew("commission mass-spring-damper.toml --out first --json -");
+    assert_eq!(output.status.code(), Some(0));
+    let document: Value = serde_json::from_slice(&output.stdout).expect("a document alone");
+    assert_eq!(violations(&schema("commission"), &document), [""; 0]);
+    assert_eq!(document["rehearsal"], false, "{document}");
+    let aside = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(aside.contains("next: sinew wire"), "{aside}");
     let model = desk.read("first/bare/model.toml");
     assert!(
         model.contains("lower = [-20.0]") && model.contains("name = \"q_m\""),

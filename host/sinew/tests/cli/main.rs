@@ -3,6 +3,7 @@
 mod adopt;
 mod browser;
 mod calibrate;
+mod colour;
 mod commission;
 mod compare;
 mod convert;
@@ -15,6 +16,7 @@ mod identify;
 mod import;
 mod interrupt;
 mod learn;
+mod next_step;
 mod outputs;
 mod pages;
 mod plan;

@@ -8,10 +8,10 @@ use crate::desk::Desk;
 use sinew_sim::Rig;
 
 /// A verb's line without the flag, and the flag of its file.
-type Written = (&'static str, &'static str);
+pub type Written = (&'static str, &'static str);
 
 /// Every flag of a file that a verb writes within seconds.
-const QUICK: &[Written] = &[
+pub const QUICK: &[Written] = &[
     ("new fit.csv --name stage", "--out"),
     ("new fit.csv --name stage --out new.toml --force", "--json"),
     ("check fit.csv --rig rig.toml", "--json"),
@@ -64,6 +64,15 @@ const QUICK: &[Written] = &[
         "diagnose rig.toml --fit fit.csv --time-limit 1 --quiet",
         "--mjcf",
     ),
+    ("settle rig.toml --sweep u_N=-2:2:5", "--report"),
+    (
+        "fleet rig.toml --fit fit.csv --device b=b.csv --device c=c.csv --quiet --out fl.toml",
+        "--report",
+    ),
+    (
+        "plan rig.toml --goal encoder=0.05@0.6s --simulations 200 --out plan.csv",
+        "--report",
+    ),
     ("explain coulomb_friction", "--json"),
     ("mjcf rig.toml", "--out"),
     ("mjcf rig.toml --out out.xml", "--json"),
@@ -95,7 +104,12 @@ const SLOW: &[Written] = &[
     ("learn", "--rig-out"),
     ("learn", "--json"),
     ("learn", "--report"),
+    ("compare", "--json"),
     ("compare", "--report"),
+    ("faults", "--json"),
+    ("adopt", "--json"),
+    ("commission", "--json"),
+    ("record", "--out"),
     ("compare", "--plot"),
     ("pil", "--json"),
     ("flash", "--json"),
@@ -110,7 +124,7 @@ const SLOW: &[Written] = &[
 ];
 
 /// A desk with a rig and the first five seconds of its recording.
-fn desk() -> Desk {
+pub fn desk() -> Desk {
     let desk = Desk::new();
     for [from, to] in [["toml", "rig.toml"], ["fit.csv", "fit.csv"]] {
         desk.bring(&format!("rigs/mass-spring-damper.{from}"));
@@ -127,7 +141,7 @@ fn desk() -> Desk {
 }
 
 /// The line with its flag and a place; blanks of a goal are written as `@` and by its unit.
-fn run(desk: &Desk, (line, flag): Written, place: &str) -> std::process::Output {
+pub fn run(desk: &Desk, (line, flag): Written, place: &str) -> std::process::Output {
     let mut command = desk.command("");
     for word in line.split_whitespace() {
         match word.strip_prefix("encoder=") {

@@ -313,6 +313,38 @@ fn a_networks_layers_its_framework_and_its_size_are_documents() {
         (&size["weights"], &size["controller"]),
         (&"int8".into(), &Value::Null)
     );
+    assert_eq!(network["boards"][0]["board"], "stm32f446", "{size}");
+    let layers = network["layers"].as_array().expect("a list");
+    let sum: u64 = layers
+        .iter()
+        .filter_map(|layer| layer["weight_bytes"].as_u64())
+        .sum();
+    assert_eq!(Some(sum), weights.as_u64(), "{size}");
+
+    // Without a board all of them; a network that one chip cannot hold is said not to fit it.
+    let large = large_network(&desk);
+    let line = format!(
+        "size {large} --build-dir {} --quiet",
+        cache.join("sized").display()
+    );
+    let document = result(&desk, &format!("{line} --json -"), "size", 0);
+    assert!(document["network"]["board"].is_null(), "{document}");
+    let fits: Vec<(String, bool)> = (document["network"]["boards"].as_array().into_iter())
+        .flatten()
+        .map(|board| {
+            let fits = board["predict_fits"] == true;
+            (board["board"].as_str().unwrap_or_default().into(), fits)
+        })
+        .collect();
+    let wanted = [("stm32f446", false), ("nrf52840", true), ("qemu", true)];
+    assert_eq!(fits, wanted.map(|(name, fits)| (name.to_owned(), fits)));
+    let text = desk.succeed(&line);
+    let verdict = "stm32f446  predict        does not fit: ";
+    assert!(text.contains(verdict), "{text}");
+    assert!(
+        text.contains("B of flash, the board has 524,288 B"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -352,6 +384,21 @@ fn a_new_rig_its_simulation_and_its_wiring_are_documents() {
     let line = "wire demo.toml --check demo.wiring.toml --json -";
     let checked = result(&desk, line, "wire", 0);
     assert_eq!(checked["pins"], wired["pins"], "{checked}");
+}
+
+/// A folder with a network of one dense layer that has 560 kB of weights.
+fn large_network(desk: &Desk) -> &'static str {
+    use sinew_nn::{Dense, Network, Op, store};
+    let mut network = Network::new("large", "x", vec![140]);
+    let layer = Dense {
+        weights: (0..140_000).map(|k| (k % 17) as f32 * 0.01).collect(),
+        bias: vec![0.5; 1000],
+    };
+    network
+        .push("dense", Op::Dense(layer), vec![0])
+        .expect("it fits the input");
+    store::save(&desk.path("large"), &network).expect("the desk is writable");
+    "large"
 }
 
 /// Verbs whose documents take minutes or a board: what they write is held to the schemas below.
@@ -552,6 +599,8 @@ fn every_verb_with_json_has_a_schema_that_its_output_is_held_to() {
         include_str!("fit_static.rs"),
         include_str!("learn.rs"),
         include_str!("fleet.rs"),
+        include_str!("adopt.rs"),
+        include_str!("commission.rs"),
     ]
     .concat();
     let (mut verb, mut seen) = ("", 0);

@@ -1,6 +1,7 @@
 //! The printed `src/network.rs`: shapes, state, predictions and derivatives.
 
 mod body;
+pub(super) mod layers;
 mod seed;
 mod seeded;
 mod stateful;
@@ -19,6 +20,15 @@ pub(super) fn is_rectified(plan: &Plan<'_>) -> bool {
 }
 
 pub(super) fn print(plan: &Plan<'_>) -> String {
+    text(plan, false)
+}
+
+/// As [`print()`], with `predict_in_layers` beside the rest.
+pub(super) fn print_in_layers(plan: &Plan<'_>) -> String {
+    text(plan, true)
+}
+
+fn text(plan: &Plan<'_>, in_layers: bool) -> String {
     let network = plan.network;
     let (inputs, outputs, state) = (network.inputs(), network.outputs(), network.state());
     let sizes = if state > 0 {
@@ -59,6 +69,11 @@ pub const OUTPUTS: usize = {outputs};
         types::activations(plan),
         body.forward.clone(),
         body.backward.clone(),
+        if in_layers {
+            format!("\n{}", layers::print(plan, &types::bytes(plan)))
+        } else {
+            String::new()
+        },
     ]
     .concat();
     let uses = uses::print(plan, &text);

@@ -88,17 +88,26 @@ impl<T: Copy> State<T> {{
     )
 }
 
-/// The type of what the layers give.
-pub(super) fn activations(plan: &Plan<'_>) -> String {
-    let mut fields: Vec<(String, String, String)> = Vec::new();
+/// A field of the layers' values: the layer, its name, its type and its first value.
+struct Field {
+    place: usize,
+    name: String,
+    kind: String,
+    zero: String,
+}
+
+/// The fields of the layers' values, in order.
+fn fields(plan: &Plan<'_>) -> Vec<Field> {
+    let mut fields = Vec::new();
     for (place, node) in plan.buffers() {
         let name = &plan.names[place];
         let length = node.len();
-        fields.push((
-            name.clone(),
-            format!("[N; {length}]"),
-            format!("[N::ZERO; {length}]"),
-        ));
+        fields.push(Field {
+            place,
+            name: name.clone(),
+            kind: format!("[N; {length}]"),
+            zero: format!("[N::ZERO; {length}]"),
+        });
         if let Op::Recurrent(layer) = &node.op {
             let module = match layer.cell {
                 Cell::Simple { .. } => "rnn",
@@ -109,7 +118,7 @@ pub(super) fn activations(plan: &Plan<'_>) -> String {
                 format!("{module}::Step<N, {}>", layer.units),
                 format!("{module}::Step::ZERO"),
             );
-            fields.push(if layer.streaming {
+            let (name, kind, zero) = if layer.streaming {
                 (format!("{name}_step"), kind, zero)
             } else {
                 let from = &plan.network.nodes[node.from[0]];
@@ -119,16 +128,52 @@ pub(super) fn activations(plan: &Plan<'_>) -> String {
                     format!("[{kind}; {steps}]"),
                     format!("[{zero}; {steps}]"),
                 )
+            };
+            fields.push(Field {
+                place,
+                name,
+                kind,
+                zero,
             });
         }
     }
+    fields
+}
+
+/// Bytes of the values and the state of each node, as expressions of the printed program.
+pub(super) fn bytes(plan: &Plan<'_>) -> Vec<String> {
+    let fields = fields(plan);
+    let of = |place: usize| {
+        let own = fields.iter().filter(|field| field.place == place);
+        let mut terms: Vec<String> = own
+            .map(|field| {
+                let kind = field.kind.replace("[N;", "[f32;").replace("<N,", "<f32,");
+                format!("size_of::<{kind}>()")
+            })
+            .collect();
+        if let Op::Recurrent(layer) = &plan.network.nodes[place].op
+            && layer.streaming
+        {
+            terms.push((4 * layer.units * layer.cell.vectors()).to_string());
+        }
+        if terms.is_empty() {
+            return "0".to_string();
+        }
+        terms.join(" + ")
+    };
+    (0..plan.network.nodes.len()).map(of).collect()
+}
+
+/// The type of what the layers give.
+pub(super) fn activations(plan: &Plan<'_>) -> String {
+    let fields = fields(plan);
     let declared: String = fields
         .iter()
-        .map(|(name, kind, _)| format!("    {name}: {kind},\n"))
+        .map(|field| format!("    {}: {},\n", field.name, field.kind))
         .collect();
     let zeros: String = fields
         .iter()
-        .map(|(name, _, zero)| format!("        {name}: {zero},\n"))
+        .map(|field| format!("        {}: {},\n", field.name, field.zero))
         .collect();
     format!(
         "/// What the layers give.

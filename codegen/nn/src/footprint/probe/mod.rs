@@ -56,6 +56,14 @@ const MANIFESTS: [(&str, &str); 2] = [
     ("bare/Cargo.toml", include_str!("bare/manifest.toml")),
 ];
 
+/// Files of the crate `layers`, whatever the network.
+const LAYERS: [(&str, &str); 4] = [
+    ("layers/Cargo.toml", include_str!("layers/manifest.toml")),
+    ("layers/memory.x", include_str!("memory.x")),
+    ("layers/build.rs", include_str!("build_script.rs")),
+    ("layers/src/main.rs", include_str!("layers/image.rs")),
+];
+
 /// The trait of the crate `cases`.
 pub const BENCH: &str = include_str!("bench.rs");
 
@@ -79,6 +87,13 @@ pub(super) fn write_workspace(network: &Network, folder: &Path) -> Result<(), Bu
         put(folder, &[(path, &text)])?;
     }
     let is_stateful = network.state() > 0;
+    put(folder, &LAYERS)?;
+    let call = if is_stateful {
+        include_str!("layers/stateful.rs")
+    } else {
+        include_str!("layers/stateless.rs")
+    };
+    put(folder, &[("layers/src/call.rs", call)])?;
     put(folder, if is_stateful { &STATEFUL } else { &STATELESS })
 }
 
@@ -94,8 +109,18 @@ fn put(folder: &Path, files: &[(&str, &str)]) -> Result<(), BuildError> {
 /// # Errors
 /// As [`target::build`].
 pub fn build(workspace: &Path) -> Result<PathBuf, BuildError> {
-    target::build(workspace, "image")?;
-    Ok(workspace.join("target").join(TARGET).join("release/image"))
+    image(workspace, "image")
+}
+
+/// As [`build`], of the image that goes through a network layer by layer.
+pub(super) fn build_layers(workspace: &Path) -> Result<PathBuf, BuildError> {
+    image(workspace, "layers")
+}
+
+fn image(workspace: &Path, package: &str) -> Result<PathBuf, BuildError> {
+    target::build(workspace, package)?;
+    let release = workspace.join("target").join(TARGET).join("release");
+    Ok(release.join(package))
 }
 
 /// Runs the image in QEMU and returns its output. An instruction takes 1,024 ns there: the timer of
