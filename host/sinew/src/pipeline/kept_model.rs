@@ -1,5 +1,5 @@
-//! A model that is there already: `sinew train` made it of the same rig, recordings, fleet and seed,
-//! and nobody has changed its files since.
+//! A model that is there already: `sinew train` made it of the same rig, recordings, fleet and
+//! seed, and nobody has changed its files since.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
