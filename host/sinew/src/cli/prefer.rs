@@ -64,7 +64,7 @@ pub struct Arguments {
     /// Folder for the model with the preferred weights, for `compare`, `pil` and `emit`.
     #[arg(long, value_name = "DIR")]
     model_out: Option<PathBuf>,
-    /// File for programs (sinew-preferred/1); `-` is standard output.
+    /// File for the weights as JSON (sinew-preferred/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
     #[command(flatten)]
@@ -91,7 +91,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let features: Vec<Vec<f64>> = loops.iter().map(|it| it.features.0.clone()).collect();
     let known = Candidates::new(&features).map_err(|e| Error::failed(e.to_string()))?;
 
-    let said = Said::beside([Some(arguments.out.as_path()), arguments.json.as_deref()]);
+    let said = Said::beside([Some(arguments.out.as_path()), arguments.json.as_deref()])
+        .quiet(arguments.common.quiet);
     let sheet = Sheet {
         rig: &rig.name,
         ready: &ready,
@@ -187,8 +188,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         said.wrote(path);
     }
     if let Some(model) = &arguments.model_out {
-        said.line(format!(
-            "next: sinew compare {} {}{} --out loop",
+        said.next(format!(
+            "sinew compare {} {}{} --out loop",
             arguments.out.display(),
             model.display(),
             recording_flags(&arguments.recordings)

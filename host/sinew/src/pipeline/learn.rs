@@ -438,7 +438,7 @@ fn observed(spec: &ModelSpec, shape: Shape, episodes: &[Scaled]) -> Vec<Scaled> 
 
 #[cfg(test)]
 mod tests {
-    use super::{crate_name, roughened};
+    use super::{crate_name, roughened, went_on};
 
     #[test]
     fn a_training_that_went_on_says_from_where() {
