@@ -52,7 +52,7 @@ pub struct Arguments {
     /// File for the result as JSON (sinew-learn/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// File for a page with plots.
+    /// File for a page: plots and results.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
     /// No progress and no remarks.

@@ -94,7 +94,7 @@ pub struct Arguments {
     /// End with status 3 where PID or RISE tracks better, with 4 for a command outside limits.
     #[arg(long)]
     exit_code: bool,
-    /// File for a page with plots.
+    /// File for a page: plots and results.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
     /// File for a plot of the tracking error over the first loop.
