@@ -1,5 +1,8 @@
 //! Models on the command line, without the rest of the project: print a model's crate, check that
 //! committed ones are up to date, import the reference problem.
+//!
+//! A tool of the repository's tasks; users have `sinew emit`. Its six flags are read by hand, since
+//! a parser of the library's own package would be compiled by all that depend on the library.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

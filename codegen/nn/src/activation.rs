@@ -104,6 +104,14 @@ impl Activation {
     /// The activation that Keras calls so, with its default parameters; `softmax` is a layer of its
     /// own.
     ///
+    /// ```
+    /// use sinew_nn::Activation;
+    ///
+    /// assert_eq!(Activation::named("dense_1", "relu"), Ok(Activation::Relu));
+    /// let error = Activation::named("dense_1", "rellu").unwrap_err().to_string();
+    /// assert!(error.contains("relu"), "{error}");
+    /// ```
+    ///
     /// # Errors
     /// [`NetworkError::Unsupported`], naming `layer` and the nearest name.
     pub fn named(layer: &str, name: &str) -> Result<Self, NetworkError> {

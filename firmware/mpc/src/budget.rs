@@ -52,6 +52,16 @@ impl Interrupt for Unlimited {
 
 /// A timer, or a flag that an interrupt sets: the optimisation ends when the function says so. It
 /// has to stay true.
+///
+/// ```
+/// use sinew_mpc::budget::{Interrupt, Part, Until};
+/// use std::time::{Duration, Instant};
+///
+/// let deadline = Instant::now() + Duration::from_secs(60);
+/// let mut budget = Until(|| Instant::now() > deadline);
+/// assert!(!budget.ends(Part::Rollout), "a minute is left");
+/// assert!(Until(|| true).ends(Part::Rollout));
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Until<F>(pub F);
 

@@ -1,6 +1,13 @@
 //! Status of a control step.
 
 /// Outcome of a step. Whatever it is, the command is inside the limits.
+///
+/// ```
+/// use sinew_mpc::Status;
+///
+/// assert!(Status::IterationLimit.is_controlled());
+/// assert!(!Status::SignalLost.is_controlled());
+/// ```
 #[must_use]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]

@@ -26,7 +26,7 @@ impl<S: Scalar> Substep<S> {
         let frictions = (0..rubbing).map(Event::Friction);
         let switches = (0..topology.switches.len()).map(Event::Switch);
         for event in frictions.chain(switches) {
-            let suspect = match event {
+            let interval = match event {
                 Event::Friction(index) => self.friction_event_bound(topology, index, h),
                 Event::Switch(index) if smooth && topology.switches[index].smoothed() => None,
                 Event::Switch(index) => {
@@ -45,7 +45,7 @@ impl<S: Scalar> Substep<S> {
                     (topology.margin(index, &at, &there.forces.load) < 0.0).then_some(h)
                 }
             };
-            let Some(within) = suspect else {
+            let Some(within) = interval else {
                 continue;
             };
             // A later event than one already found needs no locating; it will be met again.

@@ -44,6 +44,24 @@ impl Plant {
     /// Intervals of rests that dry friction, hysteresis and play leave around the rest in `state`:
     /// one a component, the others at their middle.
     ///
+    /// ```
+    /// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\n\
+    /// # inertia=2.0\n[[spring]]\nname='coil'\nfrom='ground'\nto='m'\nstiffness=40.0\n\
+    /// # [[effect]]\nkind='coulomb_friction'\ncomponent='m'\nlevel=2.0\n\
+    /// # [[sensor]]\nname='s'\nreads='m.position'\nsignal='q_m'\n";
+    /// use sinew_sim::{Plant, Rig};
+    /// let plant = Plant::new(&Rig::parse(text, "x.toml")?)?;
+    /// let values = plant.values();
+    /// let rest = plant.rest(&values, &[], &[0.1, 0.0])?;
+    /// let intervals = plant.rest_intervals(&values, &[], &rest.state)?;
+    /// assert_eq!(intervals[0].component, "m.coulomb_friction");
+    /// let ends = intervals[0].ends.each_ref().map(|end| end.as_ref().map(|end| end.signals[0]));
+    /// // 2 N of friction on 40 N/m.
+    /// let [Some(back), Some(forward)] = ends else { panic!("nothing balances an end") };
+    /// assert!((back.abs() - 0.05).abs() < 1e-9 && (back + forward).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// As [`Plant::rest`], but for an end that nothing balances.
     pub fn rest_intervals(

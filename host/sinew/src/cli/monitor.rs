@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{LiveArguments, result};
-use crate::live::monitor::{Outputs, Watched, is_mcap, lines, monitor};
+use crate::live::monitor::{Outputs, Watched, is_mcap, monitor};
+use crate::live::orders::lines;
 use crate::live::screen::Screen;
 use crate::live::serve::Server;
 use crate::live::topics::Topics;

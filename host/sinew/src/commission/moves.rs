@@ -8,7 +8,7 @@ use super::setup::Setup;
 use sinew_ident::error::Result;
 
 /// Parts of the largest amplitude, tried one after the other until the motion says enough.
-const LADDER: [f64; 3] = [0.25, 0.5, 1.0];
+const SHARES: [f64; 3] = [0.25, 0.5, 1.0];
 /// Seconds at rest, of a ramp from the safe command to an end, and of a hold there.
 const PAUSE_S: f64 = 0.5;
 const RAMP_S: f64 = 1.5;
@@ -83,7 +83,7 @@ pub fn one(
 ) -> Result<Outcome> {
     let actuator = &setup.actuators[driven];
     let mut last = None;
-    for share in LADDER {
+    for share in SHARES {
         let part = share * motion.amplitude;
         let parts = profile(setup, driven, part);
         let ranges: Vec<(f64, f64)> = (setup.actuators.iter().enumerate())

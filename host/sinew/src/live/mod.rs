@@ -1,8 +1,10 @@
 //! A board's own rig, from this computer: playing an excitation, watching and steering a run.
 
+mod learned;
 mod mcap;
 pub mod monitor;
 mod names;
+pub mod orders;
 pub mod record;
 mod saved;
 pub mod screen;

@@ -3,16 +3,17 @@
 //! A line typed is an order ([`order`]); what the board thinks of it is shown. Every tick goes to
 //! the file and to the viewers, with the board's own time.
 
-use std::io::BufRead;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
-use sinew_device::mode::{Drive, State};
-use sinew_device::protocol::{Health, Identity, Parameters, Reason, Telemetry, ToDevice, ToHost};
+use sinew_device::mode::State;
+use sinew_device::protocol::{Health, Identity, Reason, Telemetry, ToDevice, ToHost};
 
+use super::learned::Learned;
+use super::orders::{order, ranges};
 use super::saved::Saved;
 use super::screen::Screen;
 use super::serve::{Served, Server};
@@ -28,62 +29,6 @@ const REFRESH: Duration = Duration::from_millis(100);
 const ALIVE: Duration = Duration::from_millis(500);
 /// Longest silence of a board.
 const SILENCE: Duration = Duration::from_secs(3);
-
-/// Message to the board for a typed line; `None`: disarm, save, end. `arm` reaches the reference in
-/// a second.
-///
-/// # Errors
-/// The fault in one line.
-pub fn order(line: &str, identity: &Identity) -> std::result::Result<Option<ToDevice>, String> {
-    let mut words = line.split_whitespace();
-    let verb = words.next().unwrap_or_default();
-    let numbers = words
-        .map(|word| {
-            let number = word.parse::<f32>().ok().filter(|number| number.is_finite());
-            number.ok_or(format!("`{word}` is not a number"))
-        })
-        .collect::<std::result::Result<Vec<f32>, String>>()?;
-    let count = |wanted: usize, what: &str| match numbers.len() {
-        n if n == wanted => Ok(()),
-        n => Err(format!("{what} takes {wanted} numbers, not {n}")),
-    };
-    let (n_u, n_y) = (usize::from(identity.n_u), usize::from(identity.n_y));
-    let said = match verb {
-        "arm" => {
-            count(0, "arm")?;
-            ToDevice::Arm {
-                drive: Drive::Rig,
-                blend_steps: u16::try_from(identity.rate_mhz.div_ceil(1000)).unwrap_or(u16::MAX),
-            }
-        }
-        "disarm" => ToDevice::Disarm,
-        "stop" | "" => ToDevice::EmergencyStop,
-        "r" => {
-            count(n_y, "r (a reference for each output)")?;
-            let reference = numbers.iter().copied().collect();
-            ToDevice::Follow { reference }
-        }
-        "limit" => {
-            count(
-                3 * n_u,
-                "limit (lower, upper, rate a step, of each command)",
-            )?;
-            let part = |i: usize| numbers.chunks(3).map(|three| three[i]).collect();
-            ToDevice::Limit {
-                lower: part(0),
-                upper: part(1),
-                rate: part(2),
-            }
-        }
-        "quit" => return Ok(None),
-        other => {
-            return Err(format!(
-                "there is no `{other}`; arm, disarm, stop (or an empty line), r, limit, quit"
-            ));
-        }
-    };
-    Ok(Some(said))
-}
 
 /// Most events that a result lists.
 const EVENTS: usize = 1000;
@@ -316,19 +261,6 @@ pub fn is_mcap(path: &Path) -> bool {
     end.is_some_and(|end| end.eq_ignore_ascii_case("mcap"))
 }
 
-/// Limits of an order to limit, of each command.
-fn ranges(message: &ToDevice) -> Option<Vec<[f64; 2]>> {
-    let ToDevice::Limit { lower, upper, .. } = message else {
-        return None;
-    };
-    let pairs = lower.iter().zip(upper);
-    Some(
-        pairs
-            .map(|(low, high)| [*low, *high].map(f64::from))
-            .collect(),
-    )
-}
-
 fn watch(
     device: &mut Device,
     names: &Names,
@@ -433,76 +365,6 @@ fn watch(
     }
 }
 
-/// Parameters that the board estimates, as it told them last.
-struct Learned {
-    /// Refusals in a row that end the asking; one may be a frame that the line has damaged.
-    patience: u8,
-    latest: Option<Vec<f64>>,
-    /// It stands in no row yet.
-    fresh: bool,
-}
-
-impl Learned {
-    const PATIENCE: u8 = 3;
-
-    fn new(names: &Names) -> Self {
-        Self {
-            patience: if names.learned.is_empty() {
-                0
-            } else {
-                Self::PATIENCE
-            },
-            latest: None,
-            fresh: false,
-        }
-    }
-
-    /// The board is to be asked.
-    const fn ask(&self) -> bool {
-        self.patience > 0
-    }
-
-    /// It was asked and has not told anything: a refusal may be the answer.
-    const fn is_unanswered(&self) -> bool {
-        self.patience > 0 && self.latest.is_none()
-    }
-
-    const fn refused(&mut self) {
-        self.patience = self.patience.saturating_sub(1);
-    }
-
-    fn told(&mut self, known: &Parameters, names: &Names) {
-        let Some(values) = names.learned.values(known) else {
-            return self.refused();
-        };
-        self.latest = Some(values);
-        self.fresh = true;
-    }
-
-    /// Values for the next row of the file; each stands in one.
-    fn take(&mut self) -> Option<Vec<f64>> {
-        let fresh = std::mem::take(&mut self.fresh);
-        self.latest.clone().filter(|_| fresh)
-    }
-
-    fn latest(&self) -> Option<&[f64]> {
-        self.latest.as_deref()
-    }
-}
-
-/// Lines of standard input, as they come.
-pub fn lines() -> Receiver<String> {
-    let (sender, receiver) = channel();
-    std::thread::spawn(move || {
-        for line in std::io::stdin().lock().lines().map_while(|line| line.ok()) {
-            if sender.send(line).is_err() {
-                break;
-            }
-        }
-    });
-    receiver
-}
-
 /// Lines about channels that have been left out, or taken in again, since the board was asked last.
 fn changed(before: &Health, now: &Health, channels: &[String]) -> Vec<String> {
     let name = |i: usize| match channels.get(i) {
@@ -526,21 +388,6 @@ fn changed(before: &Health, now: &Health, channels: &[String]) -> Vec<String> {
 pub(super) mod tests {
     use super::*;
     use sinew_device::mode::Mode;
-
-    fn identity() -> Identity {
-        Identity {
-            protocol: 2,
-            model: 0,
-            n_u: 2,
-            n_y: 3,
-            n_s: 0,
-            past_inputs: 1,
-            past_outputs: 1,
-            horizon: 5,
-            control_horizon: 5,
-            rate_mhz: 120_000,
-        }
-    }
 
     #[test]
     fn a_channel_that_is_left_out_and_comes_back_is_said_by_its_name() {
@@ -580,94 +427,6 @@ pub(super) mod tests {
             ticks: 7,
             deadline_misses: 0,
             dropped: 0,
-        }
-    }
-
-    #[test]
-    fn what_the_board_has_learned_stands_in_the_row_after_its_answer() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("run.csv");
-        let mut names = Names::for_test(vec!["u_N".into()], vec!["q_m".into()]);
-        names.learned = crate::adopt::examples::two();
-        let mut learned = Learned::new(&names);
-        let mut tick = tick(1);
-        let mut saved = Saved::create(&path, &names).expect("a file");
-        for k in 0..3 {
-            if k == 1 {
-                let known = crate::adopt::examples::known(&[1.0, 2.0], &[0.25, 0.0]);
-                learned.told(&known, &names);
-            }
-            (tick.tick, tick.at_us) = (k, 8000 * u64::from(k));
-            saved.row(&tick, learned.take().as_deref()).expect("a row");
-        }
-        saved.flush().expect("the rows");
-        let text = std::fs::read_to_string(&path).expect("the file");
-        let lines: Vec<&str> = text.lines().skip(1).collect();
-        assert_eq!(
-            lines,
-            [
-                "# model 00ab12cd",
-                "t,u_N,q_m,reference_q_m,estimate_q_m,disturbance_q_m,armed_1,status_1,\
-                 iterations_1,step_ticks_1,late_1,tick_1,learned_mass.inertia,\
-                 deviation_mass.inertia,learned_load.level,deviation_load.level",
-                "0,1,0.5,,0.5,0,0,7,0,7,0,0,,,,",
-                "0.008,1,0.5,,0.5,0,0,7,0,7,0,1,2.3,0.15,-0.65,0",
-                "0.016,1,0.5,,0.5,0,0,7,0,7,0,2,,,,",
-            ]
-        );
-        // From here on a refusal is that of something else.
-        assert!(learned.ask() && !learned.is_unanswered());
-        // A board that has never told is asked three times and not again.
-        let mut silent = Learned::new(&names);
-        for _ in 0..3 {
-            assert!(silent.ask() && silent.is_unanswered());
-            silent.refused();
-        }
-        assert!(!silent.ask());
-    }
-
-    #[test]
-    fn orders_are_understood_or_refused_with_the_reason() {
-        let say = |line: &str| order(line, &identity());
-        fn fixed<const L: usize>(values: &[f32]) -> heapless::Vec<f32, L> {
-            values.iter().copied().collect()
-        }
-        assert_eq!(
-            say("arm"),
-            Ok(Some(ToDevice::Arm {
-                drive: Drive::Rig,
-                blend_steps: 120
-            }))
-        );
-        // Whoever hits Return in a hurry means it.
-        assert_eq!(say(""), Ok(Some(ToDevice::EmergencyStop)));
-        assert_eq!(
-            say(" r 0.1 -2e-3  0"),
-            Ok(Some(ToDevice::Follow {
-                reference: fixed(&[0.1, -2e-3, 0.0])
-            }))
-        );
-        assert_eq!(
-            say("limit -1 1 0.1 -2 2 0.2"),
-            Ok(Some(ToDevice::Limit {
-                lower: fixed(&[-1.0, -2.0]),
-                upper: fixed(&[1.0, 2.0]),
-                rate: fixed(&[0.1, 0.2]),
-            }))
-        );
-        for (line, reason) in [
-            (
-                "r 0.1",
-                "r (a reference for each output) takes 3 numbers, not 1",
-            ),
-            ("r 0.1 x 3", "`x` is not a number"),
-            ("r 0.1 nan 3", "`nan` is not a number"),
-            (
-                "go",
-                "there is no `go`; arm, disarm, stop (or an empty line), r, limit, quit",
-            ),
-        ] {
-            assert_eq!(say(line), Err(reason.to_string()));
         }
     }
 }

@@ -12,8 +12,8 @@ use crate::closed_loop::control_problem::ControlProblem;
 use crate::closed_loop::mpc::Weights;
 use crate::closed_loop::scenario::{Run, Scenario};
 use crate::preference::features::Features;
+use crate::tuning::firmware::Firmware;
 use crate::tuning::search_space::SearchSpace;
-use crate::tuning::tune::Firmware;
 
 /// Factor by which a weight may be larger or smaller than the model's.
 const REACH: f64 = 100.0;

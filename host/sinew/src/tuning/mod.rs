@@ -3,6 +3,7 @@
 
 pub mod control_table;
 mod cost_to_go;
+pub(crate) mod firmware;
 pub mod gradient;
 pub mod objective;
 pub mod optimise;
