@@ -102,7 +102,7 @@ pub use imposed_motion::ImposedMotion;
 pub use input_trajectory::InputTrajectory;
 pub use integrator::Stepper;
 pub use law::{LawKind, LawShape};
-pub use plant::{Input, MotionQuantity, Outline, Parameter, Plant, Role, SensorChannel};
+pub use plant::{Input, Meaning, MotionQuantity, Outline, Parameter, Plant, Role, SensorChannel};
 pub use rig::Rig;
 pub use scalar::Scalar;
 pub use settings::{Report, Settings};

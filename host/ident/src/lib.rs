@@ -10,7 +10,8 @@
 //! | [`population`] | fitted devices | the distribution of a fleet, as a file |
 //! | [`diagnose`] | a rig and recordings | the physics that the rig lacks |
 //! | [`excite`] | a rig with limits | inputs for an experiment |
-//! | [`mjcf`] | a rig | a MuJoCo model |
+//! | `mjcf` (feature `mechanism`) | a rig | a MuJoCo model |
+//! | `mechanism` (its feature) | an MJCF or URDF file | a rig |
 //! | [`validation`] | a rig and recordings | chapters of a page: residuals, responses, coverage |
 //! | [`report`] | results | a page |
 
@@ -23,9 +24,13 @@ pub mod excite;
 pub mod fit;
 pub mod fleet;
 pub mod learn;
+#[cfg(feature = "mechanism")]
 pub mod mechanism;
+#[cfg(feature = "mechanism")]
 pub mod mjcf;
 pub mod noise;
+mod order;
+mod parallel;
 pub mod population;
 pub mod recording;
 pub mod report;

@@ -16,18 +16,52 @@ pub(crate) mod topology;
 use crate::error::{Error, SimulationError};
 use crate::imposed_motion::ImposedMotion;
 use crate::law::Curve;
-use crate::rig::{Hold, Rig};
+use crate::rig::{Hold, Place, Rig};
 use crate::settings::Settings;
 pub(crate) use compile::parameters;
 pub use shapes::{Outline, Role};
 use std::sync::Arc;
 use topology::Topology;
 
+/// Meaning of a number of the rig, for those who ask which numbers can stand for each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Meaning {
+    /// Position or velocity at which a simulation starts.
+    Start,
+    /// Reading or position that counts as zero, and is zero where nothing is said: a sensor's
+    /// offset, a spring's rest, the angle of a weight.
+    Zero,
+    /// Damping of a component of the rig's own.
+    Damping,
+    /// Number of an effect.
+    Effect,
+    /// Any other number.
+    Other,
+}
+
+impl Meaning {
+    /// Meaning of the number at a place of the file.
+    fn of(place: &Place) -> Self {
+        if place.slope {
+            return Self::Other;
+        }
+        match (place.table, place.key.as_str()) {
+            ("effect", _) => Self::Effect,
+            (_, "start" | "start_velocity") => Self::Start,
+            (_, "offset" | "rest" | "zero") => Self::Zero,
+            (_, "damping") => Self::Damping,
+            _ => Self::Other,
+        }
+    }
+}
+
 /// One number of the rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     /// `carriage.inertia`, `flexor.arm.motor`, `carriage.coulomb_friction.level`.
     pub name: String,
+    /// Its meaning.
+    pub meaning: Meaning,
     /// SI.
     pub unit: String,
     /// As the rig has it.
@@ -316,5 +350,11 @@ impl Plant {
             .chain(of("velocity"))
             .chain(internal)
             .collect()
+    }
+
+    /// Places of the velocities among the states.
+    pub fn velocities(&self) -> std::ops::Range<usize> {
+        let bodies = self.topology.names.len();
+        bodies..2 * bodies
     }
 }

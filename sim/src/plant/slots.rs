@@ -1,7 +1,7 @@
 //! Slots of the parameter vector, and the units of what stands in them.
 
-use super::Parameter;
 use super::topology::{Depending, SignalSlots};
+use super::{Meaning, Parameter};
 use crate::effects::Sign;
 use crate::rig::{Actuator, Dependence, HaselReading, Place, Reads, Rig, Signal, Site, Value};
 use crate::unit::{self, Motion, Quantity};
@@ -81,6 +81,7 @@ impl<'a> Slots<'a> {
         self.entries.push((
             Parameter {
                 name,
+                meaning: Meaning::of(&value.place),
                 unit: unit.into(),
                 value: value.value,
                 min: value.min,
@@ -168,5 +169,41 @@ pub(super) fn reading_unit(rig: &Rig, reads: Reads) -> &'static str {
         Reads::Shape(shape) => shape.unit(),
         Reads::Hasel(_, HaselReading::Voltage) => "V",
         Reads::Hasel(_, HaselReading::Stroke) => "m",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Meaning, Plant, Rig};
+
+    #[test]
+    fn the_meaning_of_a_number_follows_from_its_place_and_not_from_its_name() {
+        let text = "format = 'sinew-rig/1'\nname = 'x'\n\
+             [[body]]\nname = 'damping'\nmotion = 'slide'\ninertia = 1.0\nstart = 0.1\n\
+             start_velocity = 0.0\n\
+             [[spring]]\nname = 'coil'\nfrom = 'ground'\nto = 'damping'\nstiffness = 40.0\n\
+             [[damper]]\nname = 'd'\nfrom = 'ground'\nto = 'damping'\ndamping = 1.0\n\
+             [[effect]]\nkind = 'end_stop'\ncomponent = 'damping'\nposition = 0.5\n\
+             stiffness = 1e4\ndamping = 3.0\nside = 1.0\n\
+             [[sensor]]\nname = 's'\nreads = 'damping.position'\nsignal = 'q_m'\n";
+        let plant = Plant::new(&Rig::parse(text, "x.toml").expect("a rig")).expect("a plant");
+        let of = |name: &str| {
+            let mut all = plant.parameters().iter();
+            all.find(|it| it.name == name).map(|it| it.meaning)
+        };
+        for (name, meaning) in [
+            ("damping.start", Meaning::Start),
+            ("damping.start_velocity", Meaning::Start),
+            ("damping.inertia", Meaning::Other),
+            ("coil.rest", Meaning::Zero),
+            ("coil.stiffness", Meaning::Other),
+            ("d.damping", Meaning::Damping),
+            ("damping.end_stop.damping", Meaning::Effect),
+            ("s.offset", Meaning::Zero),
+        ] {
+            assert_eq!(of(name), Some(meaning), "{name}");
+        }
+        let velocities = &plant.state_names()[plant.velocities()];
+        assert_eq!(velocities, ["damping.velocity"]);
     }
 }

@@ -3,6 +3,7 @@
 use super::finding::{Check, counted, number, rows};
 use super::series::{Series, quantile, sizes};
 use crate::noise::noise_level;
+use crate::order;
 use crate::recording::Recording;
 
 /// Fewest equal samples of a plateau.
@@ -80,7 +81,7 @@ fn dead(recording: &Recording, name: &str, series: &Series) -> Check {
 /// A sensor with few levels at equal distances.
 fn coarse(recording: &Recording, name: &str, series: &Series) -> Option<Check> {
     let mut levels: Vec<f64> = series.samples.iter().map(|s| s.1).collect();
-    levels.sort_unstable_by(f64::total_cmp);
+    order::sort(&mut levels);
     levels.dedup_by(|b, a| (*b - *a).abs() <= 1e-9 * series.width());
     if !(3..=LEVELS).contains(&levels.len()) || 4 * levels.len() > series.samples.len() {
         return None;

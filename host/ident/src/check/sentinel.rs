@@ -2,6 +2,7 @@
 
 use super::finding::{Check, number, rows};
 use super::series::{Series, quantile, sizes};
+use crate::order;
 use crate::recording::Recording;
 
 /// A value this many ranges of all others away from them is none of them.
@@ -115,7 +116,7 @@ fn far_value(series: &Series, sensor: bool) -> Option<(f64, Vec<usize>)> {
 
 /// Number of values that differ.
 fn distinct(mut values: Vec<f64>) -> usize {
-    values.sort_unstable_by(f64::total_cmp);
+    order::sort(&mut values);
     values.dedup();
     values.len()
 }
@@ -125,7 +126,7 @@ fn distinct(mut values: Vec<f64>) -> usize {
 fn recurring(series: &Series) -> Option<(f64, Vec<usize>)> {
     let runs = series.runs();
     let mut values: Vec<f64> = runs.iter().map(|run| series.samples[run.0].1).collect();
-    values.sort_unstable_by(f64::total_cmp);
+    order::sort(&mut values);
     let groups = values.chunk_by(|a, b| a == b);
     let most = groups.max_by_key(|group| group.len())?;
     let (value, count) = (*most.first()?, most.len());
@@ -209,7 +210,7 @@ fn most_jumped_to(series: &Series, runs: &[(usize, usize)]) -> Option<f64> {
         run.1 >= 2 && jumps.is_some_and(|jumps| jumps.iter().all(|jump| jump.abs() > TORN * usual))
     });
     let mut values: Vec<f64> = torn.map(|run| series.samples[run.0].1).collect();
-    values.sort_unstable_by(f64::total_cmp);
+    order::sort(&mut values);
     let groups = values.chunk_by(|a, b| a == b);
     groups.max_by_key(|group| group.len()).map(|group| group[0])
 }

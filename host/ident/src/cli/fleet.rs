@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::fit::student_95;
 use crate::fleet::json::json;
 use crate::fleet::{FleetFit, Recorded, estimate, one_second, page};
+use crate::order;
 use crate::population::Scale;
 use crate::report::{Provenance, Table, count, quantity, significant};
 
@@ -202,7 +203,7 @@ fn table(found: &FleetFit) -> Table {
         let half = reach * of_new[(j, j)].sqrt();
         let at = axis.coordinate(axis.mean);
         let mut ends = [axis.value(at - half), axis.value(at + half)];
-        ends.sort_by(f64::total_cmp);
+        order::sort(&mut ends);
         let members = fleet.members.iter().filter(|it| it.outlier.is_none());
         let showing = members.filter(|it| it.values.iter().any(|(name, _)| *name == axis.name));
         table = table.row([

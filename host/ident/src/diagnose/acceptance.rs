@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use sinew_sim::effects::Family;
 use sinew_sim::{Rig, Settings};
 
-use crate::diagnose::candidate::{Candidate, kin, only};
+use crate::diagnose::candidate::{Candidate, only, same_mechanism};
 use crate::diagnose::case::Case;
 use crate::diagnose::data::Data;
 use crate::diagnose::evidence::{Comparison, Gain, apart};
@@ -16,6 +16,7 @@ use crate::diagnose::share::{beside_noise, share_left, spoils_a_recording};
 use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::levenberg::DecisionVariables;
+use crate::order;
 
 /// Tells whether an explanation leaves something that noise does not explain and that matters.
 pub(crate) fn leaves_something(case: &Case, candidate: &Candidate) -> bool {
@@ -42,7 +43,7 @@ pub(crate) fn holds_over_whole_recordings(case: &Case, before: &Rig, after: &Rig
 pub(crate) fn gain_counts(case: &Case, gain: Gain, after: &Candidate, before: &Candidate) -> bool {
     let matters = (0..case.check.noise.len()).any(|sensor| {
         let removed = before.check.rms(sensor).powi(2) - after.check.rms(sensor).powi(2);
-        removed.max(0.0).sqrt() > 0.1 * case.check.noise[sensor] + 1e-3 * case.check.spread[sensor]
+        removed.max(0.0).sqrt() > matters(case.check, sensor)
     });
     gain.low > 0.0 && matters
 }
@@ -102,7 +103,7 @@ fn within_a_step(case: &Case, candidate: &Candidate, base: &Candidate) -> bool {
     terms.any(|term| term.family() == Some(Family::Sensor))
         && (0..case.check.step.len()).all(|sensor| {
             let squares = base.check.rms(sensor).powi(2) - candidate.check.rms(sensor).powi(2);
-            squares.max(0.0).sqrt() < 0.5 * case.check.step[sensor]
+            squares.max(0.0).sqrt() < CONFIG.acceptance.within_step * case.check.step[sensor]
         })
 }
 
@@ -144,7 +145,7 @@ fn holds_both_ways(case: &Case, candidate: &Candidate, base: &Candidate) -> Resu
 pub(crate) fn ranking(case: &Case, base: &Candidate, candidates: &[Candidate]) -> Vec<usize> {
     let evidence = comparison(case, base, candidates).evidence();
     let mut order: Vec<usize> = (0..candidates.len()).collect();
-    order.sort_by(|&a, &b| evidence[b + 1].total_cmp(&evidence[a + 1]));
+    order::sort_down(&mut order, |&index| evidence[index + 1]);
     order
 }
 
@@ -320,7 +321,7 @@ fn gives_way(case: &Case, base: &Candidate, richer: &Candidate, simpler: &Candid
         return false;
     };
     let left = |candidate: &Candidate| share_left(case, candidate, base);
-    kin(richer, simpler)
+    same_mechanism(richer, simpler)
         && (left(simpler) - left(richer)).abs() < CONFIG.acceptance.nearly
         && !is_known(case, richer, mine).unwrap_or(true)
 }
@@ -344,8 +345,9 @@ fn is_known(case: &Case, candidate: &Candidate, term: &Term) -> Result<bool> {
 }
 
 /// Tells of each candidate whether the chosen one and it are one finding: a richer law that gives
-/// way to it, or kin of which neither is surely better, where the chosen one leaves more than noise
-/// to tell them apart by or the other is a richer law in its place.
+/// way to it, or one of the same mechanism of which neither is surely better. For the latter, the
+/// chosen one leaves more than noise to tell them apart by, or the other is a richer law in its
+/// place.
 pub(crate) fn one_finding_with(
     case: &Case,
     base: &Candidate,
@@ -364,7 +366,9 @@ pub(crate) fn one_finding_with(
     let one = |index: usize| {
         let other = &candidates[index];
         let one = || (left || richer(other)) && !surely(chosen, index) && !surely(index, chosen);
-        index != chosen && kin(best, other) && (one() || gives_way(case, base, other, best))
+        index != chosen
+            && same_mechanism(best, other)
+            && (one() || gives_way(case, base, other, best))
     };
     (0..candidates.len()).map(one).collect()
 }
@@ -417,7 +421,9 @@ pub(crate) fn probabilities(
     candidates: &[Candidate],
     chosen: Option<usize>,
 ) -> Vec<f64> {
-    let most = chosen.map_or(2, |index| candidates[index].trial.terms.len());
+    let most = chosen.map_or(CONFIG.acceptance.most_terms, |index| {
+        candidates[index].trial.terms.len()
+    });
     let of_all = chosen.map(|_| comparison(case, base, candidates));
     let surely =
         |index: usize| (of_all.as_ref()).is_none_or(|all| all.gain(index + 1, 0).low > 0.0);
@@ -442,11 +448,16 @@ pub(crate) fn probabilities(
     all
 }
 
+/// Least amount of a sensor's signal that matters.
+pub(crate) fn matters(data: &Data, sensor: usize) -> f64 {
+    let of_noise = CONFIG.acceptance.matters_of_noise * data.noise[sensor];
+    of_noise + CONFIG.acceptance.matters_of_spread * data.spread[sensor]
+}
+
 /// Tells whether residuals hold something that noise does not explain and that matters.
 pub(crate) fn stands_out(residuals: &Residuals, data: &Data) -> bool {
     let mut sensors = residuals.excess(data).into_iter().enumerate();
     sensors.any(|(sensor, e)| {
-        let matters = 0.1 * data.noise[sensor] + 1e-3 * data.spread[sensor];
-        e.significance > 5.0 && e.rms > matters
+        e.significance > CONFIG.acceptance.significant && e.rms > matters(data, sensor)
     })
 }

@@ -1,5 +1,6 @@
 //! Effects whose strengths depend on a signal of the rig, as on a temperature.
 
+use crate::diagnose::config::CONFIG;
 use sinew_sim::effects::{ParameterSpec, Role, Sign};
 
 /// Signal of the rig that the strengths of an effect depend on.
@@ -18,8 +19,7 @@ impl BySignal {
     /// half constant and half proportional to the signal, and nearly proportional to it.
     pub fn with_slopes(&self, specs: &[ParameterSpec], start: &[f64]) -> Vec<Vec<f64>> {
         let largest = self.range[0].abs().max(self.range[1].abs());
-        let parts = [(0.5, 0.5), (0.1, 0.9)];
-        let with = parts.map(|(constant, proportional)| {
+        let with = CONFIG.model.signal_starts.map(|(constant, proportional)| {
             let strengths = specs
                 .iter()
                 .zip(start)
@@ -57,7 +57,9 @@ impl BySignal {
         {
             let largest = ends[0][which].abs().max(ends[1][which].abs());
             for end in &mut ends {
-                if spec.sign == Sign::NonNegative && end[which] > -NEARLY_ZERO * largest {
+                if spec.sign == Sign::NonNegative
+                    && end[which] > -CONFIG.model.nearly_zero * largest
+                {
                     end[which] = end[which].max(0.0);
                 }
             }
@@ -65,10 +67,6 @@ impl BySignal {
         ends.into()
     }
 }
-
-/// Part of its largest value below which a strength that depends on a signal is zero at an end of
-/// the signal's range.
-const NEARLY_ZERO: f64 = 0.1;
 
 /// Tells whether a parameter follows the signal: a strength that is fitted.
 pub(crate) fn is_strength(spec: &ParameterSpec) -> bool {

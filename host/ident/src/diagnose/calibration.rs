@@ -11,6 +11,7 @@ use crate::diagnose::finding::{Estimate, FoundEffect, Rival};
 use crate::diagnose::pool::Pool;
 use crate::diagnose::share::share_left;
 use crate::diagnose::term::Term;
+use crate::order;
 use crate::report::significant;
 use sinew_sim::effects::Kind;
 
@@ -38,7 +39,7 @@ pub(crate) fn effects(
             })
         })
         .collect();
-    effects.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
+    order::sort_down(&mut effects, |effect| effect.confidence);
     effects
 }
 
@@ -251,7 +252,7 @@ fn join(rivals: &mut Vec<Rival>) {
             None => joined.push(rival),
         }
     }
-    joined.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
+    order::sort_down(&mut joined, |it| it.confidence);
     *rivals = joined;
 }
 

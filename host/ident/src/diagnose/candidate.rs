@@ -104,7 +104,7 @@ pub(crate) fn only<'a>(a: &'a Candidate, b: &Candidate) -> Option<&'a Term> {
 
 /// Tells whether two candidates may be one finding: they differ by a law of one family in one
 /// place, or by one law in two places.
-pub(crate) fn kin(a: &Candidate, b: &Candidate) -> bool {
+pub(crate) fn same_mechanism(a: &Candidate, b: &Candidate) -> bool {
     let differ = only(a, b).zip(only(b, a));
     differ.is_some_and(|(mine, its)| {
         let family = mine.family().is_some() && mine.family() == its.family();

@@ -11,7 +11,7 @@ use sinew_sim::{Plant, Rig, Settings};
 use crate::diagnose::data::Data;
 use crate::diagnose::progress::Progress;
 use crate::diagnose::time_budget::TimeBudget;
-use crate::fit::pace::{dearness, pace, settings, substeps};
+use crate::fit::pace::{pace, settings, step_cost, substeps};
 use crate::fit::{Fit, FreeRun, free_runs, pool};
 use crate::recording::Recording;
 
@@ -109,15 +109,15 @@ pub(crate) fn refit_settings(
     both: &Data,
 ) -> (Settings, usize) {
     let pace = pace(plant, values, &fit.experiments);
-    let dear = dearness(plant);
-    let step = CONFIG.refit.step * dear;
+    let cost = step_cost(plant);
+    let step = CONFIG.refit.step * cost;
     let rows = CONFIG.refit.work / substeps(pace, step);
     let mut settings = settings(plant, values, &both.experiments, step);
     // What ran along the bound of a screening is judged too.
-    settings.max_substeps *= 2;
+    settings.max_substeps *= CONFIG.model.more_substeps;
     (
         settings,
-        rows.max((CONFIG.refit.rows as f64 / dear) as usize),
+        rows.max((CONFIG.refit.rows as f64 / cost) as usize),
     )
 }
 

@@ -69,13 +69,20 @@ constants! {
         /// Multiple of a signal's spread in one recording from where on the error of the refitted
         /// rig's free run says that it has run away: it is judged in intervals, too.
         away: f64 = 2.0, "spread", Table;
+        /// The fewest rows of an interval.
+        interval_rows: usize = 100, "rows", Table;
+        /// The fewest intervals of a part of the rows: fewer would miss what happens once.
+        fewest_intervals: usize = 8, "1", Table;
+        /// Part of a signal's range on each side of its middle within which a crossing is not
+        /// counted: noise crosses there, and nothing came back.
+        crossing_band: f64 = 0.05, "range", Table;
     }
     /// Full refits.
     refit: Refit {
         /// Sub-steps of one simulation of a full refit, about: bounds its time.
         work: usize = 8000, "sub-steps", Table;
         /// Longest sub-step of a full refit and of all that is judged, in units of one over the
-        /// fastest rate; of a rig that is dear to simulate (`fit/pace.rs`) it is longer, and the
+        /// fastest rate; of a rig with costly steps (`fit/pace.rs`) it is longer, and the
         /// fewest rows are fewer.
         step: f64 = 0.2, "1/rate", Table;
         /// The fewest rows of a full refit.
@@ -95,6 +102,8 @@ constants! {
         all_rows_steps: usize = 6, "steps", Table;
         /// Steps of the last fit, of the corrected model, which begins where the search ended.
         corrected_steps: usize = 15, "steps", Table;
+        /// Predicted part of the cost below which a full refit has converged.
+        tolerance: f64 = 1e-4, "1", Table;
     }
     /// The rig without any added term.
     baseline: Baseline {
@@ -124,6 +133,16 @@ constants! {
         /// A parameter of the rig this many times as large or as small as its owner wrote has
         /// changed its meaning.
         implausible_change: f64 = 5.0, "1", Table;
+        /// Sub-steps allowed to what is added to a rig, as a multiple of those of the rig alone,
+        /// which may have run along that bound.
+        more_substeps: usize = 2, "1", Table;
+        /// The fewest residuals in a row of which a correlation time is estimated.
+        correlated_rows: usize = 40, "rows", Table;
+        /// Part of its largest value below which a strength that depends on a signal is zero at an
+        /// end of the signal's range.
+        nearly_zero: f64 = 0.1, "1", Table;
+        /// Starts of such a strength: its constant part, and the part proportional to the signal.
+        signal_starts: [(f64, f64); 2] = [(0.5, 0.5), (0.1, 0.9)], "1", Table;
     }
     /// Screening of all terms on part of the rows.
     screening: Screening {
@@ -164,6 +183,15 @@ constants! {
         /// Explained: no more than this part of the noise, and of what there was, is left beside
         /// the noise.
         explained: f64 = 0.1, "1", Table;
+        /// Once it is explained, a trial that takes less than this part of what the best one takes
+        /// is left out.
+        hopeless: f64 = 0.5, "1", Table;
+        /// Number of starts of a term that are fitted, beside the best weak and the best usual one.
+        starts: usize = 2, "1", Table;
+        /// Predicted part of the cost below which a trial has converged.
+        tolerance: f64 = 1e-3, "1", Table;
+        /// The same of the rig alone, against which all trials are measured.
+        baseline_tolerance: f64 = 1e-5, "1", Table;
         /// Laws of the best one's family are tried again where they leave more than this multiple
         /// of what it leaves.
         same_family: f64 = 1.5, "1", Table;
@@ -172,6 +200,8 @@ constants! {
     short_horizon: ShortHorizon {
         /// Pieces of an interval, one screening after the other.
         pieces: [usize; 2] = [4, 2], "1", Table;
+        /// Steps of the fit of the rig alone to the pieces.
+        baseline_steps: usize = 15, "steps", Table;
         /// Number of single terms on top of which a second one is tried.
         parents: usize = 2, "1", Table;
         /// Largest part of the cost that half of a pair leaves.
@@ -204,6 +234,8 @@ constants! {
         exchanges: usize = 2, "1", Table;
         /// Number of pairs that are taken apart, to see whether one term does it after all.
         halved: usize = 3, "1", Table;
+        /// Steps of a first term on the rows of the screening of a second.
+        parent_steps: usize = 6, "steps", Table;
     }
     /// Restarts from the best candidate.
     restart: Restart {
@@ -263,6 +295,21 @@ constants! {
         lost_of_fit: f64 = 1.05, "1", Table;
         /// Number of candidates that free runs may refute before nothing is named.
         refuted: usize = 5, "1", Table;
+        /// An amount matters that exceeds this part of a sensor's noise and the next of its spread
+        /// together.
+        matters_of_noise: f64 = 0.1, "noise", Table;
+        /// See `matters_of_noise`.
+        matters_of_spread: f64 = 1e-3, "spread", Table;
+        /// Standard deviations of what noise alone leaves from where on residuals hold something
+        /// else.
+        significant: f64 = 5.0, "standard deviations", Table;
+        /// A law of a sensor that takes less than this part of its scale's step is as straight as
+        /// that scale.
+        within_step: f64 = 0.5, "steps of the sensor", Table;
+        /// Most terms of a candidate that takes part in the comparison where nothing is chosen.
+        most_terms: usize = 2, "1", Table;
+        /// Growth of a recording's error that is a digit and no loss.
+        no_worse: f64 = 1.001, "1", Table;
     }
     /// Comparison of candidates.
     evidence: Evidence {
@@ -302,6 +349,15 @@ constants! {
         /// Worth of a stated half.
         half: f64 = 0.1, "1", Table;
     }
+    /// Faults and numbers that could look like a named effect.
+    imitations: Imitations {
+        /// Error beside that of the named effect that is as small.
+        as_small: f64 = 1.05, "1", Table;
+        /// Corrections of a sensor's drift rate, by what is left with it.
+        rounds: usize = 3, "1", Table;
+        /// Most bare numbers of which every two are tried: 21 refits.
+        in_pairs: usize = 7, "1", Table;
+    }
     /// Place of a mismatch.
     locate: Locate {
         /// Rows of one recording that a force is recovered from, about.
@@ -310,6 +366,22 @@ constants! {
         little: f64 = 0.3, "1", Free;
         /// A plainer law is said unless another explains this much more of the variance.
         plainer: f64 = 0.03, "1", Free;
+        /// Sizes of a force that wanders, in those that move the device as recorded.
+        sizes: [f64; 2] = [0.1, 1.0], "1", Free;
+        /// Its correlation times, in units of position over velocity.
+        times: [f64; 2] = [0.1, 0.5], "1", Free;
+        /// Standard deviation of a start state, in units of its scale.
+        start_width: f64 = 0.3, "scale", Free;
+        /// A law whose largest value is a smaller part of the force's is that of a sensor.
+        no_force: f64 = 1e-6, "1", Free;
+        /// Windows of a recording by which it is said when a mismatch shows (eq. 17).
+        windows: usize = 40, "1", Free;
+        /// Part of the worst window's error from where on a window is named.
+        missed: f64 = 0.5, "1", Free;
+        /// Windows with a gap of no more than this part of one are joined.
+        gap: f64 = 0.2, "window", Free;
+        /// Most intervals that are named.
+        intervals: usize = 5, "1", Free;
     }
     /// A force without a name.
     learned_force: LearnedForce {
@@ -332,6 +404,14 @@ constants! {
     report: Report {
         /// An alternative less probable than this needs no experiment.
         doubt: f64 = 0.02, "1", Free;
+        /// The fewest rows of a window of which errors are printed.
+        window_rows: usize = 100, "rows", Free;
+        /// Most that constants for each recording may leave of what one for all leaves, for the
+        /// recordings to differ: half, as an effect may.
+        differing: f64 = 0.5, "1", Free;
+        /// Least part of the mismatch that one constant for all leaves, for the difference to be
+        /// said. Recordings of which one was fitted leave half.
+        worth_a_word: f64 = 0.25, "1", Free;
     }
 }
 
@@ -359,6 +439,14 @@ mod tests {
                 "locate.rows",
                 "locate.little",
                 "locate.plainer",
+                "locate.sizes",
+                "locate.times",
+                "locate.start_width",
+                "locate.no_force",
+                "locate.windows",
+                "locate.missed",
+                "locate.gap",
+                "locate.intervals",
                 "learned_force.steps",
                 "learned_force.width",
                 "learned_force.rare",
@@ -366,9 +454,12 @@ mod tests {
                 "learned_force.shrinkage",
                 "learned_force.worth",
                 "report.doubt",
+                "report.window_rows",
+                "report.differing",
+                "report.worth_a_word",
             ]
         );
-        assert_eq!(Config::ALL.len(), 92);
+        assert_eq!(Config::ALL.len(), 127);
         assert!(Config::ALL.iter().all(|one| !one.unit.is_empty()));
     }
 

@@ -15,7 +15,12 @@ use crate::recording::Recording;
 
 /// The rig with what was found; its parameters with intervals. Where the search saw the recordings
 /// in pieces, the rig is refitted once more to the whole of them if that helps there.
-pub(crate) fn mend(found: &Pool, index: usize, case: &Case, roles: &Roles) -> Result<(Rig, Known)> {
+pub(crate) fn correct(
+    found: &Pool,
+    index: usize,
+    case: &Case,
+    roles: &Roles,
+) -> Result<(Rig, Known)> {
     let best = &found.candidates[index].trial;
     let rig = best.model.with(&best.point.values)?;
     if !case.in_parts {
@@ -63,9 +68,6 @@ fn estimates(rig: &Rig, width: impl Fn(&str) -> Option<f64>) -> Result<Known> {
     Ok(known.collect())
 }
 
-/// Growth of a recording's error that is a digit and no loss.
-const NO_WORSE: f64 = 1.001;
-
 /// Names of the recordings of all roles on which the corrected model's free runs are worse than
 /// those of the refitted one, all sensors together.
 ///
@@ -83,7 +85,7 @@ pub(crate) fn worse_on(before: &Rig, after: &Rig, roles: &Roles) -> Result<Vec<S
     let mut worse = Vec::new();
     for recording in roles.fit.iter().chain(&roles.check).chain(&roles.test) {
         let (before, after) = (error(before, recording)?, error(after, recording)?);
-        if after.is_nan() || after > NO_WORSE * before {
+        if after.is_nan() || after > CONFIG.acceptance.no_worse * before {
             worse.push(recording.name());
         }
     }

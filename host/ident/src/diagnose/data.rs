@@ -29,6 +29,8 @@ pub(crate) struct Data {
     pub sigma: Vec<f64>,
     /// Natural sizes of the baseline rig's states, by name.
     state_scale: BTreeMap<String, f64>,
+    /// Largest of those that are no velocity, and of the velocities.
+    largest_scale: [f64; 2],
     /// Natural sizes of its local parameters' deviations, by name.
     local_scale: BTreeMap<String, f64>,
 }
@@ -76,17 +78,20 @@ impl Data {
                 level(s).max(rounding)
             })
             .collect();
+        let scales = start::scales(&experiments, &views, &plant.values());
+        let mut largest_scale = [0.0_f64; 2];
+        for (index, scale) in scales.iter().enumerate() {
+            let largest = &mut largest_scale[usize::from(plant.velocities().contains(&index))];
+            *largest = largest.max(*scale);
+        }
         Self {
             sigma: noise
                 .iter()
                 .zip(&spread)
                 .map(|(noise, spread)| noise.max(CONFIG.model.finest_weight * spread))
                 .collect(),
-            state_scale: plant
-                .state_names()
-                .into_iter()
-                .zip(start::scales(&experiments, &views, &plant.values()))
-                .collect(),
+            state_scale: plant.state_names().into_iter().zip(scales).collect(),
+            largest_scale,
             local_scale: local::names(plant)
                 .zip(local::scales(plant, &experiments, &views, &plant.values()))
                 .collect(),
@@ -172,12 +177,12 @@ impl Data {
         counts.sum::<usize>() as f64
     }
 
-    /// Each recording cut into at most `parts` equal intervals of at least 100 rows.
+    /// Each recording cut into at most `parts` equal intervals, none of them too short.
     pub fn cut(&self, parts: usize) -> Vec<(usize, Range<usize>)> {
         let mut intervals = Vec::new();
         for (index, experiment) in self.experiments.iter().enumerate() {
             let rows = experiment.rows();
-            let count = parts.min(rows / 100).max(1);
+            let count = parts.min(rows / CONFIG.split.interval_rows).max(1);
             for k in 0..count {
                 intervals.push((index, k * rows / count..(k + 1) * rows / count));
             }
@@ -192,8 +197,8 @@ impl Data {
         if rows <= budget {
             return self.cut(parts);
         }
-        let wanted = parts.max(8);
-        let length = (budget / wanted).max(100);
+        let wanted = parts.max(CONFIG.split.fewest_intervals);
+        let length = (budget / wanted).max(CONFIG.split.interval_rows);
         let mut intervals = Vec::new();
         for (index, experiment) in self.experiments.iter().enumerate() {
             let own = experiment.rows();
@@ -353,19 +358,14 @@ impl Data {
 
     /// Natural sizes of a plant's states: of those that an effect adds, the largest of their sort.
     fn state_scale(&self, plant: &Plant) -> Vec<f64> {
-        let largest = |velocity: bool| {
-            self.state_scale
-                .iter()
-                .filter(|(name, _)| name.ends_with(".velocity") == velocity)
-                .map(|(_, scale)| *scale)
-                .fold(0.0, f64::max)
-        };
+        let velocities = plant.velocities();
         let names = plant.state_names();
         names
             .iter()
-            .map(|name| match self.state_scale.get(name) {
+            .enumerate()
+            .map(|(index, name)| match self.state_scale.get(name) {
                 Some(scale) => *scale,
-                None => largest(name.ends_with(".velocity")),
+                None => self.largest_scale[usize::from(velocities.contains(&index))],
             })
             .chain(local::names(plant).map(|name| self.local_scale[&name]))
             .collect()

@@ -4,18 +4,11 @@ use sinew_sim::rig::Sensor;
 
 use crate::diagnose::candidate::Candidate;
 use crate::diagnose::case::Case;
+use crate::diagnose::config::CONFIG;
 use crate::diagnose::data::Data;
 use crate::diagnose::residuals::Residuals;
 use crate::diagnose::wording::share_of;
 use crate::report::quantity;
-
-/// Most that constants for each recording may leave of what one for all leaves: half, as an effect
-/// may.
-const HALF: f64 = 0.5;
-
-/// Least that one constant for all leaves of the mismatch. Recordings of which one was fitted leave
-/// half.
-const WORTH_A_WORD: f64 = 0.25;
 
 /// Residuals of one sensor over one recording: their number, sum and sum of squares.
 #[derive(Clone, Copy, Default)]
@@ -91,8 +84,9 @@ fn note(
     let independent = pooled.count / memory;
     let gain = 0.5 * independent * (pooled.about_mean() / own).ln();
     let price = 0.5 * (recordings.len() as f64 - 1.0) * independent.max(2.0).ln();
-    let halves = each <= HALF * shared && shared > WORTH_A_WORD * before && gain > price;
-    if recordings.len() < 2 || !halves {
+    let halves = each <= CONFIG.report.differing * shared;
+    let worth_a_word = shared > CONFIG.report.worth_a_word * before;
+    if recordings.len() < 2 || !(halves && worth_a_word && gain > price) {
         return None;
     }
     let means = recordings.iter().map(Sums::mean);

@@ -6,6 +6,7 @@ use std::ops::Range;
 use sinew_sim::{Plant, Rig, Settings};
 
 use crate::diagnose::case::Case;
+use crate::diagnose::config::CONFIG;
 use crate::diagnose::data::Data;
 use crate::diagnose::finding::{Errors, SignalFit};
 use crate::diagnose::model::Model;
@@ -15,9 +16,6 @@ use crate::diagnose::split::Roles;
 use crate::error::Result;
 use crate::fit::score;
 use crate::recording::Recording;
-
-/// Rows that a window has at least.
-const SHORTEST: usize = 100;
 
 /// Errors of each signal. `rigs` are the rig as written, refitted and corrected.
 ///
@@ -74,7 +72,7 @@ fn errors(rigs: [&Rig; 3], recordings: &[Recording], windows: Option<f64>) -> Re
         .collect())
 }
 
-/// What a rig leaves over windows of about these seconds, each from the start state that explains
+/// Residuals of a rig over windows of about these seconds, each from the start state that explains
 /// it best, as candidates are judged; `None` where it cannot be simulated.
 fn over_windows(rig: &Rig, recordings: &[Recording], seconds: f64) -> Result<Option<Residuals>> {
     let model = Model::new(rig, rig, &[], Settings::default())?;
@@ -93,7 +91,7 @@ fn over_windows(rig: &Rig, recordings: &[Recording], seconds: f64) -> Result<Opt
 
 /// Rows of the nearest number of windows to `count` that leaves each of them long enough.
 fn window_rows(rows: usize, count: f64) -> impl Iterator<Item = Range<usize>> {
-    let most = (rows / SHORTEST).max(1);
+    let most = (rows / CONFIG.report.window_rows).max(1);
     let count = (count.round() as usize).clamp(1, most);
     (0..count).map(move |k| k * rows / count..(k + 1) * rows / count)
 }

@@ -5,6 +5,7 @@ use crate::diagnose::candidate::Candidate;
 use crate::diagnose::case::Case;
 use crate::diagnose::config::CONFIG;
 use crate::diagnose::residuals::Residuals;
+use crate::order;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -90,7 +91,7 @@ impl Comparison {
                     - self.deviance(&self.books[index].check, &weights.check)
             })
             .collect();
-        gains.sort_unstable_by(f64::total_cmp);
+        order::sort(&mut gains);
         Gain {
             low: gains.get(gains.len() / 100).copied().unwrap_or(0.0),
         }

@@ -62,7 +62,9 @@ pub(crate) fn without_cut_samples(
 }
 
 /// Lowers the confidence of what is named beside faults that can look the same, and says them.
-pub(crate) fn judge(found: &mut Diagnosis, recordings: &Recordings, checks: &[Check]) {
+pub(crate) fn judge(found: &mut Diagnosis, rig: &Rig, recordings: &Recordings, checks: &[Check]) {
+    let names = rig.sensors.iter();
+    let offsets: Vec<String> = names.map(|it| format!("{}.offset", it.name)).collect();
     let judged = |check: &&Check| {
         let mut all = recordings.fit.iter().chain(&recordings.check);
         all.any(|recording| recording.path() == Path::new(&check.file))
@@ -84,7 +86,7 @@ pub(crate) fn judge(found: &mut Diagnosis, recordings: &Recordings, checks: &[Ch
         let offset = check.kind == "sensor_offset"
             && alike
                 .clone()
-                .any(|rival| rival.component.ends_with(".offset"));
+                .any(|rival| offsets.contains(&rival.component));
         offset || check.kind == DRIFT && alike.any(|rival| rival.kind == DRIFT)
     };
     for effect in &mut found.effects {

@@ -7,6 +7,7 @@ use crate::diagnose::details::Finalist;
 use crate::diagnose::pool::Pool;
 use crate::diagnose::residuals::Residuals;
 use crate::diagnose::share::share_left;
+use crate::order;
 
 /// Every explanation that was fitted to everything, the best first, and the reason for which it is
 /// not what is believed.
@@ -27,7 +28,7 @@ pub(crate) fn finalists(found: &Pool, chosen: Option<usize>, case: &Case) -> Vec
         lost: lost.into(),
     };
     let mut order: Vec<usize> = (0..found.candidates.len()).collect();
-    order.sort_by(|&a, &b| found.probabilities[b].total_cmp(&found.probabilities[a]));
+    order::sort_down(&mut order, |&index| found.probabilities[index]);
     let size = |index: usize| found.candidates[index].trial.terms.len();
     let refuted = found.refuted.iter();
     let refuted = refuted.map(|(candidate, why)| of(candidate, 0.0, why));

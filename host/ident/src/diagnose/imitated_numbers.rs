@@ -3,9 +3,8 @@
 //! wrong damping looks like one that is missing. They are tried once such an effect is named, and
 //! the zeros where nothing is.
 
-use rayon::prelude::*;
-use sinew_sim::Plant;
 use sinew_sim::effects::Family;
+use sinew_sim::{Meaning, Plant, Rig};
 
 use crate::diagnose::acceptance::{best_acceptable_of, leaves_something};
 use crate::diagnose::attribution::alone;
@@ -15,39 +14,30 @@ use crate::diagnose::config::CONFIG;
 use crate::diagnose::finding::{FoundEffect, WRONG_NUMBER};
 use crate::diagnose::one_way::one_way;
 use crate::diagnose::pool::Pool;
-use crate::diagnose::possible_terms::of_effect;
 use crate::diagnose::share::share_left;
 use crate::diagnose::term::Term;
 use crate::error::Result;
+use crate::parallel;
 
-/// Names of parameters that are zero where nothing else is said.
-const ZEROS: [&str; 3] = [".offset", ".rest", ".zero"];
+/// Names of the bare numbers of a rig that have this meaning.
+fn bare(rig: &Rig, meaning: Meaning, may: impl Fn(f64) -> bool) -> Result<Vec<String>> {
+    let plant = Plant::new(rig)?;
+    let bare = plant.parameters().iter().filter(|parameter| {
+        !parameter.free && parameter.meaning == meaning && may(parameter.value)
+    });
+    Ok(bare.map(|parameter| parameter.name.clone()).collect())
+}
 
 /// Bare zeros of the rig.
 fn zeros(case: &Case) -> Result<Vec<String>> {
-    let plant = Plant::new(case.written)?;
-    let bare = plant.parameters().iter().filter(|parameter| {
-        let name = &parameter.name;
-        !parameter.free
-            && parameter.value == 0.0
-            && ZEROS.iter().any(|ending| name.ends_with(ending))
-            && !of_effect(case.written, name)
-    });
-    Ok(bare.map(|parameter| parameter.name.clone()).collect())
+    bare(case.written, Meaning::Zero, |value| value == 0.0)
 }
 
 /// Bare numbers that move the rig as an effect of this family may.
 fn imitators(case: &Case, family: Option<Family>) -> Result<Vec<String>> {
     match family {
         Some(Family::Load) => zeros(case),
-        Some(Family::Damping) => {
-            let plant = Plant::new(case.written)?;
-            let bare = plant.parameters().iter().filter(|parameter| {
-                let name = &parameter.name;
-                !parameter.free && name.ends_with(".damping") && !of_effect(case.written, name)
-            });
-            Ok(bare.map(|parameter| parameter.name.clone()).collect())
-        }
+        Some(Family::Damping) => bare(case.written, Meaning::Damping, |_| true),
         _ => Ok(Vec::new()),
     }
 }
@@ -63,16 +53,15 @@ fn candidates(
     if case.time.is_spent() {
         return Ok(Vec::new());
     }
-    let with = |name: String| {
+    let with = |name: &String| {
         let mut terms = others.to_vec();
-        terms.push(Term::Number { name });
+        terms.push(Term::Number { name: name.clone() });
         if found.candidates.iter().any(|known| known.adds(&terms)) {
             return Ok(None);
         }
         alone(case, from, &found.baseline.trial, &terms)
     };
-    let tried = names.into_par_iter().map(with);
-    let tried: Vec<Option<Candidate>> = tried.collect::<Result<_>>()?;
+    let tried = parallel::try_map(&names, with)?;
     Ok(tried.into_iter().flatten().collect())
 }
 
@@ -104,7 +93,7 @@ pub(crate) fn beside_named(found: &mut Pool, index: usize, case: &Case) -> Resul
 ///
 /// # Errors
 /// None that reading the recordings has not excluded.
-pub(crate) fn suspect(found: &mut Pool, case: &Case) -> Result<()> {
+pub(crate) fn try_single(found: &mut Pool, case: &Case) -> Result<()> {
     let nothing = !leaves_something(case, &found.baseline);
     if found.chosen.is_some() || nothing || one_way(case) {
         return Ok(());
@@ -122,15 +111,12 @@ pub(crate) fn suspect(found: &mut Pool, case: &Case) -> Result<()> {
     Ok(())
 }
 
-/// Most bare numbers of which every two are tried.
-const IN_PAIRS: usize = 7;
-
 /// Finds the pairs of bare numbers that leave noise alone, where nothing was named and no single
 /// number does: each of several wrong numbers makes up for a part of the others.
 ///
 /// # Errors
 /// None that reading the recordings has not excluded.
-pub(crate) fn suspect_two(found: &mut Pool, case: &Case) -> Result<()> {
+pub(crate) fn try_pairs(found: &mut Pool, case: &Case) -> Result<()> {
     let single = found.best();
     let explained = single.is_some_and(|single| !leaves_something(case, single));
     let nothing = !leaves_something(case, &found.baseline);
@@ -141,7 +127,7 @@ pub(crate) fn suspect_two(found: &mut Pool, case: &Case) -> Result<()> {
     let mut names: Vec<String> = (bare_sizes(&plant).into_iter())
         .filter(|name| !is_scale_of_a_sensor(case, name))
         .collect();
-    if names.len() < 2 || names.len() > IN_PAIRS {
+    if names.len() < 2 || names.len() > CONFIG.imitations.in_pairs {
         return Ok(());
     }
     let best = single.and_then(|single| match single.terms() {
@@ -167,7 +153,7 @@ pub(crate) fn suspect_two(found: &mut Pool, case: &Case) -> Result<()> {
         let tried = alone(case, &start, &start, &terms)?;
         Ok(tried.is_some_and(|tried| !leaves_something(case, &tried)))
     };
-    let tried: Vec<bool> = pairs.par_iter().map(explains).collect::<Result<_>>()?;
+    let tried = parallel::try_map(&pairs, explains)?;
     let kept = pairs
         .into_iter()
         .zip(tried)
@@ -179,9 +165,7 @@ pub(crate) fn suspect_two(found: &mut Pool, case: &Case) -> Result<()> {
 /// Bare numbers that have a size to be wrong by.
 fn bare_sizes(plant: &Plant) -> Vec<String> {
     let bare = plant.parameters().iter().filter(|parameter| {
-        let name = &parameter.name;
-        let start = name.ends_with(".start") || name.ends_with(".start_velocity");
-        !parameter.free && !start && parameter.value != 0.0
+        !parameter.free && parameter.meaning != Meaning::Start && parameter.value != 0.0
     });
     bare.map(|parameter| parameter.name.clone()).collect()
 }

@@ -20,12 +20,6 @@ pub(crate) const DRIFT: &str = "sensor_drift";
 /// Kind of a check by which a rival is named that is a late sensor.
 pub(crate) const LATE: &str = "sensor_lags";
 
-/// Corrections of a rate, by what is left with it.
-const ROUNDS: usize = 3;
-
-/// Error of a rig with a drift, beside that of a named effect, that is as small.
-const AS_SMALL: f64 = 1.05;
-
 /// Says of each effect which faults of sensors look the same. A drift lowers the confidence; a late
 /// sensor does where the check of the recordings named it.
 ///
@@ -164,7 +158,7 @@ fn drifting(
         .filter(|term| *term != load)
         .cloned()
         .collect();
-    for _ in 0..ROUNDS {
+    for _ in 0..CONFIG.imitations.rounds {
         let fit = case.fit.without_drift(sensor, rate);
         let check = case.check.without_drift(sensor, rate);
         let still = case.over(&fit, &check);
@@ -173,9 +167,10 @@ fn drifting(
             return Ok(None);
         };
         let sensors = 0..case.check.noise.len();
-        let as_small = sensors
-            .clone()
-            .all(|s| again.check.rms(s) <= AS_SMALL * named.check.rms(s).max(case.check.noise[s]));
+        let as_small = sensors.clone().all(|s| {
+            let named = named.check.rms(s).max(case.check.noise[s]);
+            again.check.rms(s) <= CONFIG.imitations.as_small * named
+        });
         if as_small || !leaves_something(&still, &again) {
             return Ok(Some(rate));
         }

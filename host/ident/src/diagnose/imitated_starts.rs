@@ -18,9 +18,6 @@ use crate::diagnose::pool::Pool;
 use crate::diagnose::term::Term;
 use crate::error::Result;
 
-/// Error of the rival, beside that of the named lag, that is as small.
-const AS_SMALL: f64 = 1.05;
-
 /// Says of each lag of a sensor which lags of actuators look the same once nothing was commanded
 /// before the first row, and lowers its confidence.
 ///
@@ -90,7 +87,9 @@ fn looks_the_same(
     let Some(again) = alone_from(&begun, &named.trial, base, &terms, by)? else {
         return Ok(false);
     };
-    let as_small = (0..case.check.noise.len())
-        .all(|s| again.check.rms(s) <= AS_SMALL * named.check.rms(s).max(case.check.noise[s]));
+    let as_small = (0..case.check.noise.len()).all(|s| {
+        let named = named.check.rms(s).max(case.check.noise[s]);
+        again.check.rms(s) <= CONFIG.imitations.as_small * named
+    });
     Ok(as_small || !leaves_something(&begun, &again))
 }

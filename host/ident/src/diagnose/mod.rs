@@ -157,7 +157,7 @@ pub fn diagnose(
             }
         }
     };
-    faulty::judge(&mut diagnosis, recordings, &options.checks);
+    faulty::judge(&mut diagnosis, rig, recordings, &options.checks);
     diagnosis.checks.clone_from(&options.checks);
     diagnosis.seconds = begun.elapsed().as_secs_f64();
     Ok(diagnosis)

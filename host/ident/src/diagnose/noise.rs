@@ -2,6 +2,7 @@
 //! not explain (docs/explanation/diagnosis.md, eq. 1 to 4).
 
 use crate::noise::noise_level;
+use crate::order;
 
 /// Standard deviation of the white noise on a signal (docs/explanation/training.md, eq. T0).
 pub(crate) fn level(t: &[f64], samples: &[f64]) -> f64 {
@@ -21,7 +22,7 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
 /// is coarse enough to matter: fewer than half of the samples may be distinct.
 pub(crate) fn lattice(samples: &[f64]) -> f64 {
     let mut sorted: Vec<f64> = samples.iter().copied().filter(|y| y.is_finite()).collect();
-    sorted.sort_unstable_by(f64::total_cmp);
+    order::sort(&mut sorted);
     let count = sorted.len();
     let range = match (sorted.first(), sorted.last()) {
         (Some(low), Some(high)) if high > low => high - low,

@@ -1,12 +1,10 @@
 //! Motions that never come back, which make one effect of many.
 
 use crate::diagnose::case::Case;
+use crate::diagnose::config::CONFIG;
 use crate::diagnose::data::Data;
 use crate::diagnose::term::Term;
 use sinew_sim::effects::Family;
-
-/// Part of a signal's range on each side of its middle within which a crossing is not counted.
-const BAND: f64 = 0.05;
 
 /// Sentence of a report where [`one_way`] holds.
 pub(crate) const NOTE: &str = "nothing drives the device and nothing that was recorded comes back \
@@ -41,7 +39,8 @@ fn crossings(signal: &[f64]) -> usize {
     let (low, high) = known().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
         (low.min(value), high.max(value))
     });
-    let (middle, band) = (0.5 * (low + high), BAND * (high - low));
+    let band = CONFIG.split.crossing_band * (high - low);
+    let middle = 0.5 * (low + high);
     let sides = known().filter(|value| (value - middle).abs() > band);
     let mut sides = sides.map(|value| value > middle);
     let Some(mut side) = sides.next() else {

@@ -1,7 +1,7 @@
 //! List of the terms that may be missing from a rig.
 
 use sinew_sim::effects::Kind;
-use sinew_sim::{Plant, Rig};
+use sinew_sim::{Meaning, Plant, Rig};
 
 use crate::diagnose::by_signal::BySignal;
 use crate::diagnose::identical;
@@ -22,8 +22,7 @@ pub(crate) fn terms(rig: &Rig, plant: &Plant, effects: &[Kind]) -> Vec<Term> {
     // A number that is not zero has a size to be wrong by; a zero (an offset, a rest) is left to
     // the loads.
     for parameter in plant.parameters() {
-        let starts =
-            parameter.name.ends_with(".start") || parameter.name.ends_with(".start_velocity");
+        let starts = parameter.meaning == Meaning::Start;
         if !parameter.free && !starts && parameter.value != 0.0 {
             all.push(Term::Number {
                 name: parameter.name.clone(),
@@ -31,18 +30,6 @@ pub(crate) fn terms(rig: &Rig, plant: &Plant, effects: &[Kind]) -> Vec<Term> {
         }
     }
     all
-}
-
-/// Tells whether a parameter belongs to an effect of the rig.
-pub(crate) fn of_effect(rig: &Rig, name: &str) -> bool {
-    rig.effects.iter().any(|effect| {
-        let prefix = format!(
-            "{}.{}.",
-            rig.site_name(effect.site),
-            effect.kind.description().kind
-        );
-        name.starts_with(&prefix)
-    })
 }
 
 /// Effects at each component whose strengths depend on one of these signals.

@@ -22,7 +22,7 @@ use crate::diagnose::imitated_numbers;
 use crate::diagnose::imitated_sensors;
 use crate::diagnose::imitated_starts;
 use crate::diagnose::locate::learned_force::learn;
-use crate::diagnose::locate::{Mended, intervals, locate};
+use crate::diagnose::locate::{Corrected, intervals, locate};
 use crate::diagnose::next_experiment::next_experiment;
 use crate::diagnose::one_way::{NOTE, one_way};
 use crate::diagnose::pool::Pool;
@@ -119,7 +119,7 @@ pub(crate) fn conclude(
     let (location, recovered) = match found {
         Some(found) if wrong => {
             let body = wanted.filter(|at| rig.bodies.iter().any(|body| body.name == *at));
-            let shown = named.is_some().then_some(Mended {
+            let shown = named.is_some().then_some(Corrected {
                 rig: &mended,
                 recordings: &roles.fit,
             });

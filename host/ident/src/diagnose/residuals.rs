@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use crate::diagnose::config::CONFIG;
 use crate::diagnose::data::Data;
 use crate::diagnose::model::Model;
 use crate::diagnose::noise::{Excess, beyond_rounding, excess};
@@ -119,7 +120,10 @@ impl Residuals {
     /// sensors.
     pub fn correlation_time(&self) -> f64 {
         let of_sensor = |series: &Vec<Vec<f64>>| {
-            let long: Vec<&Vec<f64>> = series.iter().filter(|part| part.len() >= 40).collect();
+            let long: Vec<&Vec<f64>> = series
+                .iter()
+                .filter(|part| part.len() >= CONFIG.model.correlated_rows)
+                .collect();
             let sum: f64 = long
                 .iter()
                 .map(|part| crate::fit::uncertainty::integrated_autocorrelation(part))

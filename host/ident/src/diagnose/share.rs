@@ -66,7 +66,10 @@ pub(crate) fn spoils(
 ) -> bool {
     let sensors = 0..data.spread.len();
     let least: f64 = (sensors.clone())
-        .map(|s| (0.1 * data.noise[s] / data.spread[s] + 1e-3).powi(2))
+        .map(|s| {
+            let of_noise = CONFIG.acceptance.matters_of_noise * data.noise[s] / data.spread[s];
+            (of_noise + CONFIG.acceptance.matters_of_spread).powi(2)
+        })
         .sum();
     let squares = |residuals: &Residuals, recording: usize| -> f64 {
         let of = |sensor: usize| {

@@ -10,7 +10,7 @@ use crate::diagnose::acceptance::{
 use crate::diagnose::calibration::{Known, sureness};
 use crate::diagnose::candidate::{Candidate, only};
 use crate::diagnose::case::Case;
-use crate::diagnose::corrected::{falls, mend};
+use crate::diagnose::corrected::{correct, falls};
 use crate::diagnose::evidence::apart;
 use crate::diagnose::imitated_numbers;
 use crate::diagnose::pool::Pool;
@@ -54,8 +54,8 @@ pub(crate) fn verify(
         }
         Some(named) => imitated_numbers::beside_named(found, named.index, case)?,
         None => {
-            imitated_numbers::suspect(found, case)?;
-            imitated_numbers::suspect_two(found, case)?;
+            imitated_numbers::try_single(found, case)?;
+            imitated_numbers::try_pairs(found, case)?;
         }
     }
     Ok(named)
@@ -147,7 +147,7 @@ fn holds(
     case: &Case,
     roles: &Roles,
 ) -> Result<Option<Named>> {
-    let (rig, known) = mend(found, index, case, roles)?;
+    let (rig, known) = correct(found, index, case, roles)?;
     let finalist = &found.candidates[index];
     let left = share_left(case, finalist, &found.baseline);
     let all = !leaves_something(case, finalist) && left < CONFIG.acceptance.most_left_of_lost;

@@ -7,13 +7,13 @@ mod instance;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rayon::prelude::*;
 use serde::Serialize;
 use sinew_sim::effects::Kind;
 use sinew_sim::{InputTrajectory, Plant, Rig, Settings};
 
 use super::Experiment;
 use crate::error::{Error, Result};
+use crate::parallel;
 use crate::scales::range;
 pub(super) use imitation::{Effort, Imitation, dot, norm};
 pub(super) use instance::Instance;
@@ -35,8 +35,8 @@ const EFFORT: Effort = Effort {
     halvings: 2,
     worth: 0.8,
 };
-/// By how much an effect, or other numbers, may make a run dearer before it is given up.
-const DEARER: usize = 16;
+/// Factor by which an effect, or other numbers, may raise the cost of a run before it is given up.
+const MORE_STEPS: usize = 16;
 
 /// Grade of a distance from everything else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -167,7 +167,7 @@ pub(super) fn driven(
 /// Most sub-steps of a run with an effect, or with other numbers, beside those of the rig itself.
 pub(super) fn bounded(settings: Settings, most_substeps: usize) -> Settings {
     Settings {
-        max_substeps: (DEARER * most_substeps).min(settings.max_substeps),
+        max_substeps: (MORE_STEPS * most_substeps).min(settings.max_substeps),
         ..settings
     }
 }
@@ -191,27 +191,22 @@ pub(super) fn measure(
     let plant = plant.with_settings(settings);
     let imitation = Imitation::of(&plant, &start, (&drive, &experiment.t), deviations)?;
     let done = AtomicUsize::new(0);
-    let tried: Vec<(Seen, Vec<f32>)> = (instances.par_iter())
-        .map(|instance| {
-            let signals = instance.signals(rig, experiment, settings);
-            let left = signals.map(|signals| imitation.left(&signals, effort));
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1, instances.len());
-            let distance = left.as_deref().map(norm);
-            let seen = Seen {
-                kind: instance.kind,
-                component: rig.site_name(instance.site).to_string(),
-                values: instance.values.clone(),
-                distance,
-            };
-            let length = distance.unwrap_or(0.0).max(f64::MIN_POSITIVE);
-            let unit = left
-                .unwrap_or_default()
-                .iter()
-                .map(|x| (x / length) as f32)
-                .collect();
-            (seen, unit)
-        })
-        .collect();
+    let tried: Vec<(Seen, Vec<f32>)> = parallel::map(instances, |instance| {
+        let signals = instance.signals(rig, experiment, settings);
+        let left = signals.map(|signals| imitation.left(&signals, effort));
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, instances.len());
+        let distance = left.as_deref().map(norm);
+        let seen = Seen {
+            kind: instance.kind,
+            component: rig.site_name(instance.site).to_string(),
+            values: instance.values.clone(),
+            distance,
+        };
+        let length = distance.unwrap_or(0.0).max(f64::MIN_POSITIVE);
+        let left = left.unwrap_or_default();
+        let unit = left.iter().map(|x| (x / length) as f32).collect();
+        (seen, unit)
+    });
     Ok(Revelation {
         confusions: confusions(&tried),
         effects: tried.into_iter().map(|(seen, _)| seen).collect(),
@@ -248,19 +243,19 @@ fn deviations(plant: &Plant, noise: f64, range: impl Fn(usize) -> (f64, f64)) ->
 fn confusions(tried: &[(Seen, Vec<f32>)]) -> Vec<Confusion> {
     let shows = |seen: &Seen| seen.distance.is_some_and(|distance| distance >= WEAKLY);
     let shown: Vec<usize> = (0..tried.len()).filter(|&k| shows(&tried[k].0)).collect();
-    let mut found: Vec<Confusion> = (shown.par_iter())
-        .flat_map_iter(|&a| {
-            let later = shown.iter().copied().filter(move |&b| b > a);
-            later.filter_map(move |b| {
-                let products = tried[a].1.iter().zip(&tried[b].1);
-                let cosine = products.map(|(x, y)| f64::from(x * y)).sum::<f64>().abs();
-                (cosine >= PARALLEL).then_some(Confusion {
-                    pair: [a, b],
-                    cosine,
-                })
+    let of_first = parallel::map(&shown, |&a| -> Vec<Confusion> {
+        let later = shown.iter().copied().filter(|&b| b > a);
+        let confused = later.filter_map(|b| {
+            let products = tried[a].1.iter().zip(&tried[b].1);
+            let cosine = products.map(|(x, y)| f64::from(x * y)).sum::<f64>().abs();
+            (cosine >= PARALLEL).then_some(Confusion {
+                pair: [a, b],
+                cosine,
             })
-        })
-        .collect();
+        });
+        confused.collect()
+    });
+    let mut found = of_first.concat();
     found.sort_by(|a, b| b.cosine.total_cmp(&a.cosine).then(a.pair.cmp(&b.pair)));
     found
 }

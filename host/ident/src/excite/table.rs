@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::reveal::{PARALLEL, REVEALED, Revelation, Seen, WEAKLY};
+use crate::order;
 
 /// Most confusions that are listed.
 const LISTED: usize = 24;
@@ -43,7 +44,7 @@ pub fn table(found: &Revelation) -> String {
                 .filter_map(|seen| Some((seen.component.as_str(), seen.distance?)))
                 .filter(|(_, distance)| (low..high).contains(distance))
                 .collect();
-            places.sort_by(|a, b| b.1.total_cmp(&a.1));
+            order::sort_down(&mut places, |place| place.1);
             if !places.is_empty() {
                 let list: Vec<String> = places
                     .iter()

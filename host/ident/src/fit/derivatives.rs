@@ -11,10 +11,10 @@
 //! more than one.
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use sinew_sim::{Dual, ParameterizedPlant, Scalar, Simulated};
 
 use super::segment::{Problem, Segment};
+use crate::parallel;
 
 /// Normal equations of one segment, residuals in units of `sigma`.
 #[derive(Clone)]
@@ -150,26 +150,22 @@ impl Problem<'_> {
             .collect();
 
         let own = self.own_seeds(seeded, segment, state);
-        let simulated: Vec<Vec<Dual<D>>> = (own.as_ref().unwrap_or(&seeded.numbers))
-            .par_iter()
-            .enumerate()
-            .map(|(chunk, numbers)| {
-                let signals = match self.rests {
-                    Some(starts) => self.signals_at_rest(starts, segment, numbers.values())?,
-                    None => {
-                        let state = self.seeded_state::<D>(chunk, state);
-                        let run = numbers.simulate(&state, &segment.drive, self.times(segment));
-                        run.ok()?.signals
-                    }
-                };
-                signals
-                    .iter()
-                    .all(|signal| {
-                        signal.value.is_finite() && signal.derivative.iter().all(|d| d.is_finite())
-                    })
-                    .then_some(signals)
-            })
-            .collect::<Option<_>>()?;
+        let numbers = own.as_ref().unwrap_or(&seeded.numbers);
+        let simulated: Vec<Vec<Dual<D>>> = parallel::all(numbers.len(), &|chunk| {
+            let numbers = &numbers[chunk];
+            let signals = match self.rests {
+                Some(starts) => self.signals_at_rest(starts, segment, numbers.values())?,
+                None => {
+                    let state = self.seeded_state::<D>(chunk, state);
+                    let run = numbers.simulate(&state, &segment.drive, self.times(segment));
+                    run.ok()?.signals
+                }
+            };
+            let finite = |signal: &Dual<D>| {
+                signal.value.is_finite() && signal.derivative.iter().all(|d| d.is_finite())
+            };
+            signals.iter().all(finite).then_some(signals)
+        })?;
 
         let mut jacobian = Vec::with_capacity(origin.len() * width);
         let mut residual = Vec::with_capacity(origin.len());
@@ -248,11 +244,11 @@ impl Problem<'_> {
     where
         Dual<D>: Simulated,
     {
-        let normal = |(segment, state): (&Segment, &Vec<f64>)| {
+        parallel::all(segments.len().min(states.len()), &|index| {
+            let (segment, state) = (&segments[index], &states[index]);
             let rows = self.rows_by(seeded, segment, state)?;
             Some(self.normal(segment, &rows, state))
-        };
-        segments.par_iter().zip(states).map(normal).collect()
+        })
     }
 
     /// Squares of the derivatives in each parameter, summed over all segments; `None` where a
@@ -265,8 +261,8 @@ impl Problem<'_> {
     ) -> Option<(Vec<f64>, usize)> {
         let width = self.parameters();
         let seeded = self.seeded::<4>(segments, values, width);
-        let of = |(segment, state): (&Segment, &Vec<f64>)| {
-            let rows = self.rows_by(&seeded, segment, state)?;
+        let each = parallel::all(segments.len().min(states.len()), &|index| {
+            let rows = self.rows_by(&seeded, &segments[index], &states[index])?;
             let mut squares = vec![0.0; width];
             for row in rows.jacobian.chunks_exact(width.max(1)) {
                 for (sum, x) in squares.iter_mut().zip(row) {
@@ -274,10 +270,7 @@ impl Problem<'_> {
                 }
             }
             Some((squares, rows.residual.len()))
-        };
-        let each: Vec<_> = (segments.par_iter().zip(states))
-            .map(of)
-            .collect::<Option<_>>()?;
+        })?;
         // In the order of the segments, so that the sums do not depend on who finished first.
         let squares = |j: usize| each.iter().map(|(squares, _)| squares[j]).sum();
         let samples = each.iter().map(|(_, samples)| samples).sum();

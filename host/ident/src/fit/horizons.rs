@@ -6,9 +6,9 @@ use super::segment::{Problem, Segment};
 use super::start;
 use crate::error::{Error, Result};
 
-/// Lengths of the stretches of each stage.
+/// Continuation in the length of the horizon: lengths of the shooting intervals of each stage.
 #[derive(Clone, Copy)]
-pub(crate) struct Ladder {
+pub(crate) struct Continuation {
     /// Stretches of a stage are this part of a recording; the last stage takes it whole.
     parts: &'static [usize],
     /// No stretch is shorter than this where it can be helped: a start state of its own needs rows
@@ -17,14 +17,14 @@ pub(crate) struct Ladder {
 }
 
 /// Stretches over which noise does little.
-pub(crate) const USUAL: Ladder = Ladder {
+pub(crate) const USUAL: Continuation = Continuation {
     parts: &[64, 8, 1],
     shortest: 25,
 };
 
 /// Stretches within which a device does not swing. Noise weighs more, but values that are wrong by
 /// orders are found: over a few swings every one of them is missed alike.
-pub(crate) const FINE: Ladder = Ladder {
+pub(crate) const FINE: Continuation = Continuation {
     parts: &[512, 64, 8, 1],
     shortest: 8,
 };
@@ -49,7 +49,7 @@ fn cut(problem: &Problem, horizon: impl Fn(usize) -> usize) -> Result<Vec<Segmen
     Ok(segments)
 }
 
-impl Ladder {
+impl Continuation {
     /// Rows of a stretch of stage `stage` (from 0) in a recording of `rows`.
     fn horizon(&self, stage: usize, rows: usize) -> usize {
         let Self { parts, shortest } = self;
@@ -66,11 +66,11 @@ pub(super) fn first_stretches(
     problem: &Problem,
     views: &Views,
     written: &[f64],
-    ladder: &Ladder,
+    continuation: &Continuation,
 ) -> Result<(Vec<Segment>, DecisionVariables)> {
     let mut divisor = 1;
     loop {
-        let segments = cut(problem, |rows| ladder.horizon(0, rows) / divisor)?;
+        let segments = cut(problem, |rows| continuation.horizon(0, rows) / divisor)?;
         let states = start::states(problem, views, &segments, written)?;
         if problem.cost(&segments, written, &states).is_finite() {
             return Ok((
@@ -82,7 +82,7 @@ pub(super) fn first_stretches(
             ));
         }
         divisor *= 2;
-        if divisor > ladder.shortest {
+        if divisor > continuation.shortest {
             return Err(beyond_simulation(
                 segments
                     .iter()
@@ -124,7 +124,7 @@ pub(super) fn next_stretches(
     belief: &Prior,
     views: &Views,
     (segments, level, most): (&[Segment], usize, f64),
-    ladder: &Ladder,
+    continuation: &Continuation,
     unknowns: &DecisionVariables,
 ) -> Result<Option<(Vec<Segment>, DecisionVariables, usize)>> {
     let longest = |segments: &[Segment]| {
@@ -141,7 +141,7 @@ pub(super) fn next_stretches(
     let mut too_long = false;
     for halvings in 0..6 {
         let longer = cut(problem, |rows| {
-            ladder.horizon(level + 1, rows).min(rows) >> halvings
+            continuation.horizon(level + 1, rows).min(rows) >> halvings
         })?;
         if longest(&longer) <= longest(segments) {
             break;

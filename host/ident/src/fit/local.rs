@@ -19,6 +19,7 @@ use super::segment::{Problem, Segment};
 use super::uncertainty::Width;
 use super::{start, uncertainty};
 use crate::error::Result;
+use crate::order;
 
 /// A written value below this part of the change that shows in the signals counts as zero.
 const AS_GOOD_AS_ZERO: f64 = 1e-3;
@@ -149,7 +150,7 @@ impl Problem<'_> {
             let own = segments.iter().zip(states);
             let own = own.filter(|(segment, _)| segment.experiment == experiment);
             let mut all: Vec<f64> = own.map(|(_, state)| state[first + index]).collect();
-            all.sort_unstable_by(f64::total_cmp);
+            order::sort(&mut all);
             all.get(all.len() / 2).copied().unwrap_or(0.0)
         };
         let each = |experiment| (0..self.local.len()).map(move |index| (experiment, index));

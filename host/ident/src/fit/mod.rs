@@ -34,7 +34,7 @@ use sinew_sim::{Plant, Rig};
 pub use self::beyond::{BeyondBound, BeyondBounds};
 use self::experiment::Experiment;
 pub(crate) use self::experiment::START_ROWS;
-use self::horizons::Ladder;
+use self::horizons::Continuation;
 pub(crate) use self::horizons::USUAL;
 use self::judge::Judge;
 pub use self::levenberg::Stop;
@@ -276,16 +276,17 @@ pub fn fit(
     let step = plant.settings().rate_step;
     let settings = pace::settings(&plant, &plant.values(), &experiments, step);
     let plant = plant.with_settings(settings);
-    let mut over = |ladder: &Ladder, apart: Apart| {
+    let mut over = |continuation: &Continuation, apart: Apart| {
         stages::run(
             rig,
             &plant,
             &experiments,
-            (options, ladder, apart),
+            (options, continuation, apart),
             progress,
         )
     };
-    let (ladder, first) = second_start::better((rig, &plant, recordings), options, &mut over)?;
+    let (continuation, first) =
+        second_start::better((rig, &plant, recordings), options, &mut over)?;
     let judge = Judge {
         runs: &|rig| free_runs(rig, recordings),
         runs_at: &|values| {
@@ -305,7 +306,7 @@ pub fn fit(
     if options.search_only {
         return judge.searched(of, first);
     }
-    judge.conclude(of, first, &mut |apart| over(ladder, apart))
+    judge.conclude(of, first, &mut |apart| over(continuation, apart))
 }
 
 /// Refuses recordings in which no sensor ever changes: an immovable device explains them best.

@@ -10,15 +10,16 @@ use super::experiment::Experiment;
 const FASTER: f64 = 4.0;
 const FAST: f64 = 3.2;
 
-/// A rig whose forces take more products than these is dear, in proportion, `MOST` times as dear as
-/// others at most: a chain that tendons pull takes a hundred, a body on a spring four.
-const DEAR: f64 = 40.0;
+/// Products of a rig's forces from where on its steps cost more than usual, in proportion and up to
+/// `MOST` times as much: a chain that tendons pull takes a hundred, a body on a spring four.
+const USUAL_TERMS: f64 = 40.0;
 const MOST: f64 = 2.0;
 
-/// Factor by which the sub-steps of a search are longer than usual, and its fewest rows fewer: a
-/// search among a hundred suspects on six bodies would otherwise take a quarter of an hour.
-pub(crate) fn dearness(plant: &Plant) -> f64 {
-    (plant.terms() as f64 / DEAR).clamp(1.0, MOST)
+/// Cost of a sub-step beside the usual one. The sub-steps of a search are longer by this factor,
+/// and its fewest rows fewer: a search among a hundred candidate terms on six bodies would
+/// otherwise take a quarter of an hour.
+pub(crate) fn step_cost(plant: &Plant) -> f64 {
+    (plant.terms() as f64 / USUAL_TERMS).clamp(1.0, MOST)
 }
 
 /// The plant's fastest rate at rest times the usual interval of the recordings.
@@ -127,7 +128,7 @@ mod tests {
             let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../rigs/");
             let rig =
                 Rig::load(format!("{folder}{name}.toml")).expect("the rig ships with the project");
-            dearness(&Plant::new(&rig).expect("the rig is sound"))
+            step_cost(&Plant::new(&rig).expect("the rig is sound"))
         };
         assert_eq!(of("tendon"), MOST);
         for cheap in ["mass-spring-damper", "two-mass-drive", "three-mass", "emps"] {

@@ -5,11 +5,11 @@
 //! intervals, and its free run over the whole says nothing.
 
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 use sinew_sim::Dual;
 
 use super::levenberg::DecisionVariables;
 use super::segment::{Problem, Segment};
+use crate::parallel;
 
 /// Largest growth over a shooting interval. The normal equations of an initial state have the
 /// square of it as their condition, and are damped by 1e-13 of their diagonal.
@@ -47,11 +47,10 @@ impl Runaway {
             let t = &problem.experiments[segment.experiment].t;
             t[segment.rows.end - 1] - t[segment.rows.start]
         };
-        let transitions: Vec<Option<DMatrix<f64>>> = segments
-            .par_iter()
-            .zip(&unknowns.states)
-            .map(|(segment, state)| problem.transition(segment, &unknowns.values, state))
-            .collect();
+        let states = &unknowns.states;
+        let transitions = parallel::indexed(segments.len().min(states.len()), &|index| {
+            problem.transition(&segments[index], &unknowns.values, &states[index])
+        });
         let states = problem.plant.state_len();
         let mut fastest: Option<f64> = None;
         for index in 0..problem.experiments.len() {

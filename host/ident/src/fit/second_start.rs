@@ -6,7 +6,7 @@
 
 use sinew_sim::{Plant, Rig};
 
-use super::horizons::{FINE, Ladder, USUAL};
+use super::horizons::{Continuation, FINE, USUAL};
 use super::score::{SensorError, relative, score};
 use super::stages::{Apart, Found};
 use super::{FitOptions, POOR, undetermined};
@@ -17,15 +17,15 @@ use crate::recording::Recording;
 const BETTER: f64 = 0.9;
 
 /// Runs the stages, and once more from shorter stretches where the result explains some signal
-/// poorly. Gives the better end, by free-run error, and the ladder that led to it.
+/// poorly. Gives the better end, by free-run error, and the continuation that led to it.
 ///
 /// # Errors
 /// Those of the first run; those of the second mean that nothing is gained.
 pub(super) fn better(
     (rig, plant, recordings): (&Rig, &Plant, &[Recording]),
     options: &FitOptions,
-    run: &mut dyn FnMut(&Ladder, Apart) -> Result<Found>,
-) -> Result<(&'static Ladder, Found)> {
+    run: &mut dyn FnMut(&Continuation, Apart) -> Result<Found>,
+) -> Result<(&'static Continuation, Found)> {
     let first = run(&USUAL, Apart::default())?;
     let errors = |found: &Found| score(&undetermined::fitted(rig, plant, found)?, recordings);
     let poor = |sensor: &SensorError| sensor.rms.is_nan() || sensor.rms > POOR * sensor.spread;

@@ -5,11 +5,11 @@ use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use sinew_sim::{InputTrajectory, ParameterizedPlant, Plant, Simulated, Trajectory};
 
 use super::experiment::Experiment;
 use crate::error::Result;
+use crate::parallel;
 
 /// State from which the rest of each row is searched, table by table.
 pub(crate) type RestStarts = [Vec<Vec<f64>>];
@@ -183,50 +183,45 @@ impl<'a> Problem<'a> {
         }
         let running = Running::new(segments.len());
         let shared = self.numbers(segments, values.to_vec());
-        let costs: Vec<f64> = segments
-            .par_iter()
-            .zip(states)
-            .enumerate()
-            .map(|(index, (segment, state))| {
-                let signals = &self.experiments[segment.experiment].signals;
-                let mut sum = 0.0;
-                let mut read = Vec::with_capacity(signals.len());
-                let held = segment.anchor.cost(state, &self.state_scale);
-                let mut stopped = false;
-                let own = (!self.local.is_empty()).then(|| {
-                    let values = self.values_at(values, state).into_owned();
-                    self.numbers(std::slice::from_ref(segment), values)
-                });
-                let run = own.as_ref().unwrap_or(&shared).simulate_until(
-                    self.plant_state(state),
-                    &segment.drive,
-                    self.times(segment),
-                    |row, at| {
-                        read.clear();
-                        at.read(&mut read);
-                        for ((column, signal), sigma) in signals.iter().zip(&read).zip(&self.sigma)
-                        {
-                            let measured = column[segment.rows.start + row];
-                            if measured.is_finite() {
-                                sum += ((measured - signal) / sigma).powi(2);
-                            }
+        let costs = parallel::indexed(segments.len().min(states.len()), &|index| {
+            let (segment, state) = (&segments[index], &states[index]);
+            let signals = &self.experiments[segment.experiment].signals;
+            let mut sum = 0.0;
+            let mut read = Vec::with_capacity(signals.len());
+            let held = segment.anchor.cost(state, &self.state_scale);
+            let mut stopped = false;
+            let own = (!self.local.is_empty()).then(|| {
+                let values = self.values_at(values, state).into_owned();
+                self.numbers(std::slice::from_ref(segment), values)
+            });
+            let run = own.as_ref().unwrap_or(&shared).simulate_until(
+                self.plant_state(state),
+                &segment.drive,
+                self.times(segment),
+                |row, at| {
+                    read.clear();
+                    at.read(&mut read);
+                    for ((column, signal), sigma) in signals.iter().zip(&read).zip(&self.sigma) {
+                        let measured = column[segment.rows.start + row];
+                        if measured.is_finite() {
+                            sum += ((measured - signal) / sigma).powi(2);
                         }
-                        stopped = row % LOOK == 0 && running.exceeds(index, 0.5 * sum + held, most);
-                        if stopped {
-                            ControlFlow::Break(())
-                        } else {
-                            ControlFlow::Continue(())
-                        }
-                    },
-                );
-                if run.is_ok() && sum.is_finite() && !stopped {
-                    0.5 * sum + held
-                } else {
-                    running.exceeds(index, f64::INFINITY, most);
-                    f64::INFINITY
-                }
-            })
-            .collect();
+                    }
+                    stopped = row % LOOK == 0 && running.exceeds(index, 0.5 * sum + held, most);
+                    if stopped {
+                        ControlFlow::Break(())
+                    } else {
+                        ControlFlow::Continue(())
+                    }
+                },
+            );
+            if run.is_ok() && sum.is_finite() && !stopped {
+                0.5 * sum + held
+            } else {
+                running.exceeds(index, f64::INFINITY, most);
+                f64::INFINITY
+            }
+        });
         // In the order of the segments, so that the sum does not depend on who finished first.
         let cost = costs.iter().sum();
         if cost <= most { cost } else { f64::INFINITY }

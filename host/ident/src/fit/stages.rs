@@ -2,13 +2,13 @@
 //! (docs/explanation/identification.md, eq. 9).
 
 use nalgebra::DMatrix;
-use sinew_sim::{Plant, Rig};
+use sinew_sim::{Meaning, Plant, Rig};
 
 use super::belonging::Belonging;
 use super::bounds::{bounds, natural};
 use super::experiment::{Experiment, Views, spreads};
 use super::horizons::{
-    Ladder, beyond_simulation, first_stretches, next_stretches, whole_recordings,
+    Continuation, beyond_simulation, first_stretches, next_stretches, whole_recordings,
 };
 use super::levenberg::{DecisionVariables, Prior, Stop, StoppingCriteria, minimise, total_cost};
 use super::runaway::Runaway;
@@ -89,7 +89,7 @@ pub(crate) fn run(
     rig: &Rig,
     plant: &Plant,
     experiments: &[Experiment],
-    (options, ladder, apart): (&FitOptions, &Ladder, Apart),
+    (options, continuation, apart): (&FitOptions, &Continuation, Apart),
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Found> {
     let views = Views::new(rig, plant);
@@ -115,7 +115,7 @@ pub(crate) fn run(
     let (mut segments, mut unknowns) = if options.near {
         whole_recordings(&problem, &views, &written)?
     } else {
-        first_stretches(&problem, &views, &written, ladder)?
+        first_stretches(&problem, &views, &written, continuation)?
     };
     let silent = silent_scales(&problem, &segments, &unknowns);
     let longest = experiments.iter().map(Experiment::rows).max().unwrap_or(0);
@@ -190,7 +190,7 @@ pub(crate) fn run(
         let runaway = Runaway::along(&problem, &segments, &unknowns, &spreads);
         let most = runaway.map_or(f64::INFINITY, |runaway| runaway.longest_interval());
         let before = (&segments[..], level, most);
-        let next = next_stretches(&problem, &belief, &views, before, ladder, &unknowns)?;
+        let next = next_stretches(&problem, &belief, &views, before, continuation, &unknowns)?;
         match next {
             Some(next) => (segments, unknowns, level) = next,
             // Once more, to the end: parameters near the truth may be stable.
@@ -333,10 +333,7 @@ pub(super) fn conclude(
 /// Free parameters but those that only say where a simulation starts, since a fit has start states
 /// of its own, and local ones, whose values are fitted with the start states.
 pub(crate) fn fitted_slots(plant: &Plant) -> Vec<usize> {
-    let starts = |slot: &usize| {
-        let name = &plant.parameters()[*slot].name;
-        name.ends_with(".start") || name.ends_with(".start_velocity")
-    };
+    let starts = |slot: &usize| plant.parameters()[*slot].meaning == Meaning::Start;
     plant
         .free_slots()
         .into_iter()

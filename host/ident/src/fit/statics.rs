@@ -8,7 +8,6 @@
 
 use std::time::Instant;
 
-use rayon::prelude::*;
 use sinew_sim::{Plant, Rig, Simulated};
 
 use super::experiment::{Experiment, spreads};
@@ -20,6 +19,7 @@ use super::sizes::{rescale, sample_count, silent_scales};
 use super::stages::{Apart, Ended, Found, conclude, fitted_slots, reweight};
 use super::{Fit, FitOptions, Progress, local, moves};
 use crate::error::{Error, Result};
+use crate::parallel;
 use crate::recording::Recording;
 
 /// Searches, each with the weights that the one before left.
@@ -414,7 +414,7 @@ impl Problem<'_> {
             }
             Some(0.5 * sum)
         };
-        let costs: Option<Vec<f64>> = segments.par_iter().map(cost).collect();
+        let costs = parallel::all(segments.len(), &|index| cost(&segments[index]));
         costs.map_or(f64::INFINITY, |costs| costs.iter().sum())
     }
 

@@ -7,6 +7,7 @@ use super::axes::device;
 use super::{FleetFit, Recorded};
 use crate::error::{Kind, Result};
 use crate::fit::{FitOptions, fit};
+use crate::order;
 use crate::population::Device;
 use crate::recording::Recording;
 
@@ -81,6 +82,6 @@ fn first_second(recording: &Recording) -> Result<Recording> {
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
+    order::sort(&mut values);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }

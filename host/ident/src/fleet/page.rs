@@ -1,6 +1,7 @@
 //! A fleet as a page that stands alone.
 
 use super::{FittedDevice, FleetFit, OneSecond};
+use crate::order;
 use crate::population::{Axis, Scale};
 use crate::report::{
     Block, Plot, Provenance, Report, Section, Series, Stroke, Table, Tone, count, quantity,
@@ -133,7 +134,7 @@ fn plot(found: &FleetFit, j: usize) -> Plot {
             Some((value, interval, device.judged.outlier == Some(j)))
         })
         .collect();
-    devices.sort_by(|a, b| a.0.total_cmp(&b.0));
+    order::sort_up(&mut devices, |device| device.0);
     let count = devices.len() as f64;
     let place = |k: usize| 100.0 * (k as f64 + 0.5) / count;
     let mean = vec![axis.mean; 2];

@@ -287,12 +287,12 @@ impl<'a> Search<'a> {
             sums: &sums,
             ..Apart::default()
         };
-        let ladder = &crate::fit::USUAL;
+        let continuation = &crate::fit::USUAL;
         let found = stages::run(
             &self.rig,
             &plant,
             &experiments,
-            (&options, ladder, apart),
+            (&options, continuation, apart),
             progress,
         )?;
         crate::fit::fitted(&self.rig, &plant, &found)

@@ -10,6 +10,7 @@
 //! column is one signal with its unit at the end of its name. Nothing is resampled and nothing is
 //! dropped in silence: what cannot be used is an error with file, line and column.
 
+#[cfg(feature = "logs")]
 pub mod foreign;
 mod read;
 pub mod repair;
@@ -64,8 +65,8 @@ pub struct Held {
 }
 
 impl Recording {
-    /// Reads a CSV file, or a log of another program whose signals all have the same times
-    /// (docs/reference/logs.md).
+    /// Reads a CSV file. With the feature `logs` it also reads a log of another program whose
+    /// signals all have the same times (docs/reference/logs.md).
     ///
     /// # Errors
     /// `Read` where the file cannot be opened; `File`, with line and column, for text in a number,
@@ -74,12 +75,21 @@ impl Recording {
     /// that is broken, or whose signals have several bases of times.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
+        #[cfg(feature = "logs")]
         foreign::refuse_huge(path)?;
         let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
-        match foreign::format(&bytes, path) {
-            Some(format) => foreign::direct(&bytes, format, path),
-            None => Self::parse(&bytes, path),
+        #[cfg(feature = "logs")]
+        if let Some(format) = foreign::format(&bytes, path) {
+            return foreign::direct(&bytes, format, path);
         }
+        #[cfg(not(feature = "logs"))]
+        if let Some("mat" | "h5" | "hdf5" | "mcap" | "json") =
+            path.extension().and_then(std::ffi::OsStr::to_str)
+        {
+            let error = Error::file(path, "it is a log, and this program reads CSV alone");
+            return Err(error.help("build sinew-ident with its feature `logs`"));
+        }
+        Self::parse(&bytes, path)
     }
 
     /// Rules by which a log of another program became a recording, and what was left out of it, a

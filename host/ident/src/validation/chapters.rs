@@ -10,6 +10,7 @@ use super::response::{self, Response, response};
 use crate::error::Result;
 use crate::fit::experiment::Experiment;
 use crate::fit::pool;
+use crate::order;
 use crate::report::{Block, Plot, Section, Series, Stroke, Table, Tone, quantity, significant};
 
 /// Pairs of signal and input that are drawn at most.
@@ -92,7 +93,7 @@ impl Shared<'_> {
     fn period(&self, index: usize) -> f64 {
         let t = &self.experiments[index].t;
         let mut steps: Vec<f64> = t.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        steps.sort_by(f64::total_cmp);
+        order::sort(&mut steps);
         steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN)
     }
 

@@ -4,6 +4,7 @@ use sinew_sim::Plant;
 
 use super::free::{Free, Model};
 use crate::error::Result;
+use crate::order;
 use crate::report::{Block, Plot, Section, Series, Stroke, Table, Tone, quantity, significant};
 
 /// Points of one role in a plot: more only hide each other.
@@ -175,7 +176,7 @@ fn rates(free: &Free<'_>, best: &Model<'_>, sensor: usize) -> Plot {
         }
         let stride = points.len().div_ceil(POINTS).max(1);
         let mut points: Vec<(f64, f64)> = points.into_iter().step_by(stride).collect();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order::sort_up(&mut points, |point| point.0);
         if !points.is_empty() {
             let (x, y) = points.into_iter().unzip();
             plot = plot.with(Series::new(role, Stroke::Points, x, y).tone(tone));

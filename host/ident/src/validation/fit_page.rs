@@ -7,6 +7,7 @@ use super::free::{Free, Model};
 use super::motions::motions;
 use crate::error::Result;
 use crate::fit::{Fit, FreeRun, SensorFit, fit_text};
+use crate::order;
 use crate::recording::Recording;
 use crate::report::{
     Block, Plot, Provenance, Report, Section, Series, Stroke, Table, Tone, own_interval, quantity,
@@ -204,7 +205,7 @@ fn rests(free: &Free<'_>, mut section: Section) -> Section {
                 })
                 .filter(|(x, y)| x.is_finite() && y.is_finite())
                 .collect();
-            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            order::sort_up(&mut points, |point| point.0);
             for (x, _) in &points {
                 ends = [ends[0].min(*x), ends[1].max(*x)];
             }

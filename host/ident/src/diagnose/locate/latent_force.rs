@@ -8,6 +8,7 @@ use sinew_sim::effects::Kind;
 use sinew_sim::rig::{End, Reads, Site};
 use sinew_sim::{Dual, Plant, Rig, Scalar, Stepper};
 
+use crate::diagnose::config::CONFIG;
 use crate::diagnose::data::Data;
 use crate::error::Result;
 use crate::fit::experiment::Experiment;
@@ -172,7 +173,7 @@ impl Pushed {
             states + 1,
             scale
                 .iter()
-                .map(|scale| (0.3 * scale).powi(2))
+                .map(|scale| (CONFIG.locate.start_width * scale).powi(2))
                 .chain([wander.size.powi(2)]),
         ));
         let mut steps: Vec<Step> = Vec::with_capacity(rows);

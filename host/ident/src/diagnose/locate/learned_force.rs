@@ -18,6 +18,7 @@ use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::levenberg::DecisionVariables;
 use crate::fit::{SensorError, score};
+use crate::order;
 
 /// The refitted rig with a learned force at `component`; none where that does not help on
 /// recordings that it was not learned from, or where no force can sit there.
@@ -112,7 +113,7 @@ fn frame(rest: f64, recovered: &Recovered) -> Option<[f64; 3]> {
             .iter()
             .flat_map(|t| of(t).clone())
             .collect();
-        all.sort_by(f64::total_cmp);
+        order::sort(&mut all);
         all
     };
     let position = all(|trace| &trace.position);
@@ -120,7 +121,7 @@ fn frame(rest: f64, recovered: &Recovered) -> Option<[f64; 3]> {
         .iter()
         .map(|v| v.abs())
         .collect();
-    speed.sort_by(f64::total_cmp);
+    order::sort(&mut speed);
     let at = |sorted: &[f64], part: f64| -> Option<f64> {
         let last = sorted.len().checked_sub(1)?;
         Some(sorted[(part * last as f64).round() as usize])
@@ -146,11 +147,11 @@ fn rest(rig: &Rig, site: Site) -> f64 {
 }
 
 /// The knots that follow the recovered force best, dampings not below zero, where the fit begins;
-/// and the slopes over position and velocity by which the refitted rig is bent. Coordinate by
+/// and the slopes over position and velocity that the refitted rig has wrong. Coordinate by
 /// coordinate on the normal equations, each knot held a little to none.
 fn from_recovered(frame: [f64; 3], rest: f64, recovered: &Recovered) -> (Vec<f64>, [f64; 2]) {
     let parameters = Kind::Learned.description().parameters;
-    // A refitted stiffness and damping are bent to make up for what is missing, and two more
+    // A refitted stiffness and damping make up for what is missing, and two more
     // columns give that back: a damping that was fitted too large would else leave nothing for one
     // that takes energy out.
     let knots = parameters.len() - frame.len();

@@ -6,7 +6,6 @@ pub(crate) mod learned_force;
 mod regressors;
 
 use crate::diagnose::config::CONFIG;
-use rayon::prelude::*;
 use sinew_sim::effects::Quantity;
 use sinew_sim::rig::{Drives, Reads};
 use sinew_sim::{Plant, Rig};
@@ -19,6 +18,8 @@ use crate::diagnose::locate::regressors::{Company, follows};
 use crate::diagnose::residuals::Residuals;
 use crate::error::Result;
 use crate::fit::free_run;
+use crate::order;
+use crate::parallel;
 use crate::recording::Recording;
 
 /// A place with the force that it lacks.
@@ -30,12 +31,12 @@ pub(crate) struct Located {
 
 /// The rig with the named effects, and the recordings that its own values are found from.
 #[derive(Clone, Copy)]
-pub(crate) struct Mended<'a> {
+pub(crate) struct Corrected<'a> {
     pub rig: &'a Rig,
     pub recordings: &'a [Recording],
 }
 
-impl Mended<'_> {
+impl Corrected<'_> {
     /// Its plant, and its values in a recording.
     fn in_recording(&self, index: usize) -> Option<(Plant, Vec<f64>)> {
         let plant = Plant::new(self.rig).ok()?;
@@ -44,7 +45,7 @@ impl Mended<'_> {
     }
 }
 
-/// Tries a force at every place of the refitted rig; `at` asks for one place only, `mended` for
+/// Tries a force at every place of the refitted rig; `at` asks for one place only, `corrected` for
 /// the law that the named effects give there.
 ///
 /// # Errors
@@ -53,7 +54,7 @@ pub(crate) fn locate(
     rig: &Rig,
     data: &Data,
     at: Option<&str>,
-    mended: Option<Mended<'_>>,
+    corrected: Option<Corrected<'_>>,
 ) -> Result<Option<Located>> {
     let Some(pushed) = Pushed::new(rig) else {
         return Ok(None);
@@ -70,13 +71,10 @@ pub(crate) fn locate(
                 .map(move |wander| (place.clone(), wander))
         })
         .collect();
-    let done: Vec<Option<(Place, Wander, Trace)>> = tries
-        .into_par_iter()
-        .map(|(place, wander)| {
-            let trace = pushed.recover(rig, &place, wander, &thinned, 0)?;
-            Ok(trace.map(|trace| (place, wander, trace)))
-        })
-        .collect::<Result<_>>()?;
+    let done = parallel::try_map(&tries, |(place, wander)| {
+        let trace = pushed.recover(rig, place, *wander, &thinned, 0)?;
+        Ok(trace.map(|trace| (place.clone(), *wander, trace)))
+    })?;
     let best = done
         .into_iter()
         .flatten()
@@ -132,7 +130,7 @@ pub(crate) fn locate(
     let motion = rig.bodies[place.to].motion;
     let laws: Vec<Vec<f64>> = (traces.iter().zip(&thinned.experiments).enumerate())
         .map(|(index, (trace, experiment))| {
-            let named = mended.and_then(|mended| mended.in_recording(index));
+            let named = corrected.and_then(|corrected| corrected.in_recording(index));
             named.map_or_else(Vec::new, |(plant, values)| {
                 pushed.named_law(&place, (&plant, &values), experiment, trace)
             })
@@ -143,7 +141,8 @@ pub(crate) fn locate(
         .iter()
         .flatten()
         .fold(0.0, |most: f64, f| most.max(f.abs()));
-    let is_force = largest > 1e-6 * force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
+    let is_force =
+        largest > CONFIG.locate.no_force * force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
     Ok(Some(Located {
         component: place.component.clone(),
         follows: what.to_owned(),
@@ -180,15 +179,13 @@ fn wanders(rig: &Rig, data: &Data, place: &Place) -> Vec<Wander> {
     let effort = effort.filter(|(sensor, _)| sensor.reads == Reads::Effort(place.to));
     let effort = effort.map(|(sensor, spread)| (spread / sensor.gain.value).abs());
     let force = effort.fold(inertia * velocity / time, f64::max);
-    [0.1, 1.0]
-        .into_iter()
-        .flat_map(|share| {
-            [0.1, 0.5].map(|part| Wander {
-                size: share * force,
-                time: part * time,
-            })
+    let wanders = CONFIG.locate.sizes.into_iter().flat_map(|share| {
+        CONFIG.locate.times.map(|part| Wander {
+            size: share * force,
+            time: part * time,
         })
-        .collect()
+    });
+    wanders.collect()
 }
 
 /// When a rig misses a recording most: intervals of a fortieth of it that are missed by more than
@@ -197,7 +194,7 @@ pub(crate) fn intervals(residuals: &Residuals, data: &Data) -> Vec<Interval> {
     let mut windows: Vec<Interval> = Vec::new();
     for (index, experiment) in data.experiments.iter().enumerate() {
         let rows = experiment.rows();
-        let length = (rows / 40).max(1);
+        let length = (rows / CONFIG.locate.windows).max(1);
         let count = rows.div_ceil(length);
         let (mut squares, mut counts) = (vec![0.0; count], vec![0.0; count]);
         for (sensor, (series, origin)) in residuals.series.iter().zip(&residuals.origin).enumerate()
@@ -223,13 +220,16 @@ pub(crate) fn intervals(residuals: &Residuals, data: &Data) -> Vec<Interval> {
     }
     let worst = windows.iter().map(|w| w.score).fold(0.0, f64::max);
     let mut joined: Vec<Interval> = Vec::new();
-    for window in windows.into_iter().filter(|w| w.score > 0.5 * worst) {
+    for window in windows
+        .into_iter()
+        .filter(|w| w.score > CONFIG.locate.missed * worst)
+    {
         match joined.last_mut() {
             // Neighbours: nothing but one sample lies between them.
             Some(last)
                 if last.recording == window.recording
                     && window.t_start_s - last.t_end_s
-                        <= 0.2 * (window.t_end_s - window.t_start_s) =>
+                        <= CONFIG.locate.gap * (window.t_end_s - window.t_start_s) =>
             {
                 last.t_end_s = window.t_end_s;
                 last.score = last.score.max(window.score);
@@ -237,7 +237,7 @@ pub(crate) fn intervals(residuals: &Residuals, data: &Data) -> Vec<Interval> {
             _ => joined.push(window),
         }
     }
-    joined.sort_by(|a, b| b.score.total_cmp(&a.score));
-    joined.truncate(5);
+    order::sort_down(&mut joined, |it| it.score);
+    joined.truncate(CONFIG.locate.intervals);
     joined
 }

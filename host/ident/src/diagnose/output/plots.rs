@@ -1,6 +1,7 @@
 //! The plots of the page.
 
 use crate::diagnose::{ForceTrace, Recovered};
+use crate::order;
 use crate::report::{Plot, Series, Stroke, Tone};
 
 /// Points of a cloud: more only hide each other.
@@ -26,7 +27,7 @@ pub(super) fn recovered(recovered: &Recovered, named: &str) -> Vec<Plot> {
             .step_by(stride)
             .filter(|(x, y)| x.is_finite() && y.is_finite())
             .collect();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order::sort_up(&mut points, |point| point.0);
         points.into_iter().unzip()
     };
     let mut add = |name: &str, tone: Tone, y: fn(&ForceTrace) -> &Vec<f64>| {

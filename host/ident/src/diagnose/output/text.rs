@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::{interval, percent, placed};
 use crate::diagnose::wording::share_of;
 use crate::diagnose::{Diagnosis, Errors, Finalist, FoundEffect, Rival, SignalFit, Verdict};
+use crate::order;
 use crate::report::{own_value, quantity};
 
 /// Stretches that are named; the report marks all of them.
@@ -210,7 +211,7 @@ fn nearest(text: &mut String, diagnosis: &Diagnosis) {
     }
     let gains = |finalist: &&Finalist| finalist.fit_error < 1.0;
     let mut nearest: Vec<&Finalist> = diagnosis.candidates.iter().filter(gains).collect();
-    nearest.sort_by(|a, b| a.fit_error.total_cmp(&b.fit_error));
+    order::sort_up(&mut nearest, |it| it.fit_error);
     for (index, finalist) in nearest.into_iter().take(NEAREST).enumerate() {
         let what = format!(
             "{}: leaves {} of the error on the fit recordings, {} on the check recordings; {}",

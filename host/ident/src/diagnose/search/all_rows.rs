@@ -11,9 +11,10 @@ use crate::diagnose::term::Term;
 use crate::diagnose::whole_recordings::whole;
 use crate::error::Result;
 
-/// Returns what `best` chooses of the candidates. Full refits of a dear rig are fitted to a part of
-/// the rows, and what is chosen at components that are alike has a dozen numbers: what it leaves
-/// may be what so few rows left unknown of them. It is chosen, or not, by what all rows say.
+/// Returns what `best` chooses of the candidates. Full refits of a rig with costly steps are fitted
+/// to a part of the rows, and what is chosen at components that are alike has a dozen numbers: what
+/// it leaves may be what so few rows left unknown of them. It is chosen, or not, by what all rows
+/// say.
 ///
 /// # Errors
 /// None that reading the recordings has not excluded.

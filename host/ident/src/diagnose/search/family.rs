@@ -1,6 +1,6 @@
 //! Laws of one family in one place: where the best of a screening is one of them, the others begin
-//! where it ended. Of two that nearly agree one may have found its valley and the other, from
-//! starts without scale, not (docs/explanation/diagnosis.md, "Moves").
+//! where it ended. Of two that nearly agree the other may end in another local minimum,
+//! from starts without scale (docs/explanation/diagnosis.md, "Moves").
 
 use crate::diagnose::config::CONFIG;
 use sinew_sim::effects::{Kind, Quantity};

@@ -2,7 +2,6 @@
 //! several starts.
 
 use crate::diagnose::config::CONFIG;
-use rayon::prelude::*;
 
 use crate::diagnose::candidate::{Trial, merit};
 use crate::diagnose::progress::Progress;
@@ -13,6 +12,8 @@ use crate::diagnose::search::subset::Subset;
 use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::levenberg::{DecisionVariables, Stop};
+use crate::order;
+use crate::parallel;
 
 /// Every term on top of `parent`, best first; what cannot be simulated is left out.
 pub(crate) fn successive_halving(
@@ -26,17 +27,14 @@ pub(crate) fn successive_halving(
         return Ok(Vec::new());
     };
     let count = progress.count("looked at", terms.len());
-    let looked: Vec<Vec<Start>> = terms
-        .par_iter()
-        .map(|term| {
-            if progress.time.is_spent() {
-                return Vec::new();
-            }
-            let look = best_starts(subset, parent, &run, &screen, term);
-            count.one();
-            look.unwrap_or_default()
-        })
-        .collect();
+    let looked = parallel::map(terms, |term| {
+        if progress.time.is_spent() {
+            return Vec::new();
+        }
+        let look = best_starts(subset, parent, &run, &screen, term);
+        count.one();
+        look.unwrap_or_default()
+    });
     let mut first = promising(looked);
     let rest = first.split_off(CONFIG.screening.at_once.min(first.len()));
     let mut trial = refitted(subset, first, progress);
@@ -45,37 +43,30 @@ pub(crate) fn successive_halving(
     }
     thin_out(subset, parent, &mut trial);
     let count = progress.count("fitted further", trial.len());
-    let mut ended: Vec<Trial> = trial
-        .into_par_iter()
-        .map(|trial| {
+    let mut ended = parallel::map_owned(trial, |trial| {
+        if progress.time.is_spent() {
+            return trial;
+        }
+        let further = further(subset, trial);
+        count.one();
+        further
+    });
+    if !explained(subset, parent, &ended) && !progress.time.is_spent() {
+        let count = progress.count("fitted afresh", ended.len());
+        ended = parallel::map_owned(ended, |trial| {
             if progress.time.is_spent() {
                 return trial;
             }
-            let further = further(subset, trial);
+            let afresh = afresh(subset, trial);
             count.one();
-            further
-        })
-        .collect();
-    if !explained(subset, parent, &ended) && !progress.time.is_spent() {
-        let count = progress.count("fitted afresh", ended.len());
-        ended = ended
-            .into_par_iter()
-            .map(|trial| {
-                if progress.time.is_spent() {
-                    return trial;
-                }
-                let afresh = afresh(subset, trial);
-                count.one();
-                afresh
-            })
-            .collect();
+            afresh
+        });
     }
     let family = same_family(subset, parent, &ended, terms)?;
-    let again = refitted(subset, family, progress).into_par_iter();
-    let again: Vec<Trial> = again.map(|trial| further(subset, trial)).collect();
-    ended.extend(again);
+    let again = refitted(subset, family, progress);
+    ended.extend(parallel::map_owned(again, |trial| further(subset, trial)));
     let mut kept: Vec<Trial> = Vec::new();
-    ended.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
+    order::sort_up(&mut ended, merit);
     for trial in ended {
         if !kept.iter().any(|kept| kept.terms == trial.terms) {
             kept.push(trial);
@@ -88,20 +79,18 @@ pub(crate) fn successive_halving(
 /// The better end of each term's starts after a few steps.
 pub(crate) fn refitted(subset: &Subset, begun: Vec<Vec<Start>>, progress: Progress) -> Vec<Trial> {
     let count = progress.count("fitted", begun.len());
-    begun
-        .into_par_iter()
-        .filter_map(|starts| {
-            if progress.time.is_spent() {
-                return None;
-            }
-            let ends = (tied(subset, starts).into_iter()).filter_map(|b| {
-                subset.improved(b.terms, b.model, b.from, CONFIG.screening.first_steps)
-            });
-            let best = ends.min_by(|a, b| a.point.cost.total_cmp(&b.point.cost));
-            count.one();
-            best
-        })
-        .collect()
+    let best = parallel::map_owned(begun, |starts| {
+        if progress.time.is_spent() {
+            return None;
+        }
+        let ends = (tied(subset, starts).into_iter()).filter_map(|b| {
+            subset.improved(b.terms, b.model, b.from, CONFIG.screening.first_steps)
+        });
+        let best = ends.min_by(|a, b| a.point.cost.total_cmp(&b.point.cost));
+        count.one();
+        best
+    });
+    best.into_iter().flatten().collect()
 }
 
 /// A term at identical components, fitted as one, a few steps from each start, and the best
@@ -122,7 +111,7 @@ pub(crate) fn tied(subset: &Subset, starts: Vec<Start>) -> Vec<Start> {
             &mut segments,
             from,
             CONFIG.screening.first_steps,
-            1e-3,
+            CONFIG.screening.tolerance,
         )?;
         let from = DecisionVariables {
             values: point.values,
@@ -148,11 +137,12 @@ pub(crate) fn explained(subset: &Subset, parent: &Trial, trial: &[Trial]) -> boo
 
 /// The best first, the hopeless left out.
 pub(crate) fn thin_out(subset: &Subset, parent: &Trial, trial: &mut Vec<Trial>) {
-    trial.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
+    order::sort_up(trial, merit);
     trial.truncate(CONFIG.screening.kept);
     if explained(subset, parent, trial) {
-        let best = trial[0].point.cost;
-        trial.retain(|trial| trial.point.cost <= 0.5 * (parent.point.cost + best));
+        let (best, parent) = (trial[0].point.cost, parent.point.cost);
+        let most = CONFIG.screening.hopeless * (parent + best);
+        trial.retain(|trial| trial.point.cost <= most);
     }
 }
 
@@ -173,15 +163,15 @@ pub(crate) fn further(subset: &Subset, trial: Trial) -> Trial {
         &mut segments,
         from,
         CONFIG.screening.more_steps,
-        1e-3,
+        CONFIG.screening.tolerance,
     ) {
         Some(point) if point.cost < trial.point.cost => Trial { point, ..trial },
         _ => trial,
     }
 }
 
-/// From what the rig says of itself instead: without the effect its parameters were bent to make up
-/// for it, and the way back may be longer than the way from the beginning.
+/// From what the rig says of itself instead: without the effect its parameters were refitted to
+/// make up for it, and the way back may be longer than the way from the beginning.
 pub(crate) fn afresh(subset: &Subset, trial: Trial) -> Trial {
     let model = &trial.model;
     let mut values = trial.point.values.clone();

@@ -76,7 +76,7 @@ pub(crate) fn search(case: &Case, rig: &Rig, values: &[f64]) -> Result<Option<Po
         return Ok(None);
     };
     // The rig may have run along the bound, and nothing may be added to it there.
-    subset.settings.max_substeps *= 2;
+    subset.settings.max_substeps *= CONFIG.model.more_substeps;
     let Some(baseline) = baseline(case, &start, &plant, values)? else {
         return Ok(None);
     };

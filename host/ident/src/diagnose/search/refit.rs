@@ -11,7 +11,7 @@ use crate::diagnose::search::subset::{Subset, pieces_of};
 use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::levenberg::DecisionVariables;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Fits what a screening found to all of the fit recordings and looks at what it leaves of both
 /// roles.
@@ -85,7 +85,9 @@ fn refit_in_pieces(
         if pieces == 1 {
             return refit_from(case, trial, from, steps);
         }
-        let Some(point) = model.improve(case.fit, &mut segments, from, steps, 1e-4) else {
+        let Some(point) =
+            model.improve(case.fit, &mut segments, from, steps, CONFIG.refit.tolerance)
+        else {
             return Ok(None);
         };
         (values, states) = (point.values, point.states);
@@ -103,7 +105,9 @@ pub(crate) fn refit_from(
 ) -> Result<Option<Candidate>> {
     let model = &trial.model.integrated(case.settings);
     let mut segments = case.fit.segments(&model.plant, &case.fit_intervals)?;
-    let Some(mut point) = model.improve(case.fit, &mut segments, from, steps, 1e-4) else {
+    let Some(mut point) =
+        model.improve(case.fit, &mut segments, from, steps, CONFIG.refit.tolerance)
+    else {
         return Ok(None);
     };
     crate::diagnose::canonical::settle(model, &trial.terms, &mut point);
@@ -121,7 +125,7 @@ pub(crate) fn refit_from(
     if values != point.values {
         let states = point.states.clone();
         let from = DecisionVariables { values, states };
-        let within = model.improve(case.fit, &mut segments, from, steps, 1e-4);
+        let within = model.improve(case.fit, &mut segments, from, steps, CONFIG.refit.tolerance);
         let Some(within) = within else {
             return Ok(None);
         };
@@ -216,17 +220,12 @@ pub(crate) fn refit_best(
     };
     let most = trial.len().min(most);
     let count = case.progress_of(what).count("fitted to everything", most);
-    let refits: Vec<Option<Candidate>> = trial
-        .par_iter()
-        .take(most)
-        .map(|trial| {
-            let candidate = refit(case, subset, trial, CONFIG.refit.steps)
-                .ok()
-                .flatten();
-            count.one();
-            candidate
-        })
-        .collect();
-    let refits: Vec<Candidate> = refits.into_iter().flatten().collect();
-    Ok(refits)
+    let refits = parallel::map(&trial[..most], |trial| {
+        let candidate = refit(case, subset, trial, CONFIG.refit.steps)
+            .ok()
+            .flatten();
+        count.one();
+        candidate
+    });
+    Ok(refits.into_iter().flatten().collect())
 }

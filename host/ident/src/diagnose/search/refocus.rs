@@ -7,9 +7,10 @@ use std::ops::Range;
 use crate::diagnose::acceptance::stands_out;
 use crate::diagnose::candidate::Trial;
 use crate::diagnose::residuals::Residuals;
-use crate::diagnose::search::subset::{Subset, race_rows};
+use crate::diagnose::search::subset::{Subset, screening_rows};
 use crate::error::Result;
 use crate::fit::local;
+use crate::order;
 
 /// The subset with as many intervals as it has, and no longer, where the fitted rig leaves most of
 /// the squares. `None` where something stands out on the subset as it is: a stop that is met once
@@ -44,7 +45,7 @@ pub(crate) fn refocused<'a>(subset: &Subset<'a>, fitted: &Trial) -> Result<Optio
         sensors.map(of).sum()
     };
     let mut worst: Vec<(f64, usize)> = (0..all.len()).map(|w| (squares(w), w)).collect();
-    worst.sort_by(|a, b| b.0.total_cmp(&a.0));
+    order::sort_down(&mut worst, |it| it.0);
     let mut kept: Vec<usize> = worst.into_iter().map(|(_, window)| window).collect();
     kept.truncate(subset.intervals.len());
     kept.sort_unstable();
@@ -82,7 +83,8 @@ pub(crate) fn affordable<'a>(subset: &Subset<'a>, parent: &Trial) -> Result<Subs
             taken += run.report.substeps;
         }
     }
-    let budget = (CONFIG.screening.work * rows / taken.max(1)).max(race_rows(&parent.model.plant));
+    let budget =
+        (CONFIG.screening.work * rows / taken.max(1)).max(screening_rows(&parent.model.plant));
     let rows: usize = subset.intervals.iter().map(|(_, rows)| rows.len()).sum();
     Ok(subset.on(if budget < rows {
         data.select(CONFIG.screening.intervals, budget)

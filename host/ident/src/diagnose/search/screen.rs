@@ -43,7 +43,8 @@ impl Screen {
         let problem = model.problem(subset.data, &segments, &from);
         let parameters = problem.parameters();
         // The prior of a fit: what the data leave open stays near what the rig says.
-        let mut reduced = DMatrix::<f64>::identity(parameters, parameters) / 9.0;
+        let mut reduced =
+            DMatrix::<f64>::identity(parameters, parameters) / CONFIG.model.prior_width.powi(2);
         let mut intervals = Vec::new();
         let width = parameters + problem.state_scale.len();
         let seeded = problem.seeded::<8>(&segments, &from.values, width);

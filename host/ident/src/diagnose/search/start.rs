@@ -13,6 +13,7 @@ use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::levenberg::DecisionVariables;
 use crate::fit::local;
+use crate::order;
 use crate::scales::Run;
 
 /// The starts of a term that have the lowest predicted cost, the best one first: two, and a weak
@@ -33,10 +34,12 @@ pub(crate) fn best_starts(
             begun.push((one, weak));
         }
     }
-    begun.sort_by(|(a, _), (b, _)| a.predicted_cost.total_cmp(&b.predicted_cost));
+    order::sort_up(&mut begun, |(start, _)| start.predicted_cost);
     let first = |wanted: bool| begun.iter().position(|(_, weak)| *weak == wanted);
     let (weak, strong) = (first(true), first(false));
-    let kept = |&(at, _): &(usize, Start)| at < 2 || Some(at) == weak || Some(at) == strong;
+    let kept = |&(at, _): &(usize, Start)| {
+        at < CONFIG.screening.starts || Some(at) == weak || Some(at) == strong
+    };
     let begun = begun.into_iter().map(|(begun, _)| begun).enumerate();
     Ok(begun.filter(kept).map(|(_, begun)| begun).collect())
 }
@@ -136,7 +139,7 @@ pub(crate) struct Start {
 /// The lowest predicted costs, and the lowest of each family: a prediction is no verdict.
 pub(crate) fn promising(looked: Vec<Vec<Start>>) -> Vec<Vec<Start>> {
     let mut looked: Vec<Vec<Start>> = looked.into_iter().filter(|l| !l.is_empty()).collect();
-    looked.sort_by(|a, b| a[0].predicted_cost.total_cmp(&b[0].predicted_cost));
+    order::sort_up(&mut looked, |starts| starts[0].predicted_cost);
     let mut families = Vec::new();
     let mut kept = Vec::new();
     for begun in looked {

@@ -13,7 +13,7 @@ use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::levenberg::DecisionVariables;
 use crate::fit::local;
-use crate::fit::pace::{dearness, pace, settings, substeps};
+use crate::fit::pace::{pace, settings, step_cost, substeps};
 use crate::scales::Run;
 
 /// Part of the data that is small enough to try everything on, cut into intervals.
@@ -21,7 +21,7 @@ pub(crate) struct Subset<'a> {
     pub written: &'a Rig,
     pub data: &'a Data,
     pub intervals: Vec<(usize, std::ops::Range<usize>)>,
-    /// Integration of trials: coarsely, and not at all where they would be too dear.
+    /// Integration of trials: coarsely, and not at all where a step would cost too much.
     pub settings: Settings,
 }
 
@@ -38,12 +38,15 @@ impl<'a> Subset<'a> {
     pub fn new(case: &Case<'a>, data: &'a Data, plant: &Plant, values: &[f64]) -> Self {
         let pace = pace(plant, values, &case.fit.experiments);
         let thin = thinning(case.fit, pace);
-        let step = CONFIG.screening.step * dearness(plant);
+        let step = CONFIG.screening.step * step_cost(plant);
         let budget = CONFIG.screening.work / substeps(pace * thin as f64, step);
         Self {
             written: case.written,
             data,
-            intervals: data.select(CONFIG.screening.intervals, budget.max(race_rows(plant))),
+            intervals: data.select(
+                CONFIG.screening.intervals,
+                budget.max(screening_rows(plant)),
+            ),
             settings: settings(plant, values, &data.experiments, step),
         }
     }
@@ -73,7 +76,13 @@ impl Subset<'_> {
             states,
         };
         let from = model.begun(self.data, &mut segments, from);
-        let point = model.improve(self.data, &mut segments, from, steps, 1e-5);
+        let point = model.improve(
+            self.data,
+            &mut segments,
+            from,
+            steps,
+            CONFIG.screening.baseline_tolerance,
+        );
         Ok(point.map(|point| Trial {
             terms: Vec::new(),
             model,
@@ -97,7 +106,13 @@ impl Subset<'_> {
             &mut segments,
             DecisionVariables { values, states },
         );
-        let point = model.improve(self.data, &mut segments, from, 0, 1e-3);
+        let point = model.improve(
+            self.data,
+            &mut segments,
+            from,
+            0,
+            CONFIG.screening.tolerance,
+        );
         Ok(point.map(|point| Trial {
             terms: Vec::new(),
             model,
@@ -134,7 +149,13 @@ impl Subset<'_> {
         steps: usize,
     ) -> Option<Trial> {
         let mut segments = self.data.segments(&model.plant, &self.intervals).ok()?;
-        let point = model.improve(self.data, &mut segments, from, steps, 1e-3)?;
+        let point = model.improve(
+            self.data,
+            &mut segments,
+            from,
+            steps,
+            CONFIG.screening.tolerance,
+        )?;
         Some(Trial {
             terms,
             model,
@@ -175,8 +196,8 @@ impl Subset<'_> {
 }
 
 /// The fewest rows of a screening.
-pub(crate) fn race_rows(plant: &Plant) -> usize {
-    (CONFIG.screening.rows as f64 / dearness(plant)) as usize
+pub(crate) fn screening_rows(plant: &Plant) -> usize {
+    (CONFIG.screening.rows as f64 / step_cost(plant)) as usize
 }
 
 /// The same rows, each interval in that many pieces.

@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use super::information::Information;
 use super::score::Goal;
 use super::segment::{Segment, UNITS};
+use crate::order;
 
 /// Lengths of the segments of a design, each list [`UNITS`] in all.
 const LAYOUTS: [&[usize]; 4] = [
@@ -41,7 +42,7 @@ pub(super) fn designs(library: &Library, goal: &Goal, random: &mut ChaCha8Rng) -
             }
         }
     }
-    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    order::sort_down(&mut found, |it| it.0);
     found.into_iter().map(|(_, design)| design).collect()
 }
 

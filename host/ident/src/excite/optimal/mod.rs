@@ -16,12 +16,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use sinew_sim::{Plant, Rig};
 
 use super::reveal::{Effort, Instance, Revelation, measure, weak_instances};
 use super::{Experiment, Kind, Options, design};
 use crate::error::Result;
+use crate::order;
+use crate::parallel;
 use exchange::Library;
 use information::Information;
 use score::Goal;
@@ -145,7 +146,7 @@ impl Known {
             .iter()
             .map(|found| goal.worth_of(found))
             .collect();
-        order.sort_by(|&a, &b| worth[b].total_cmp(&worth[a]));
+        order::sort_down(&mut order, |&index| worth[index]);
         order.truncate(PARENTS);
         order
     }
@@ -264,16 +265,14 @@ impl<'a> Search<'a> {
 
     fn library(&self) -> Result<Library> {
         let segments = Segment::library(self.options, self.plant.inputs().len());
-        let information = (segments.par_iter())
-            .map(|segment| {
-                let seconds = self.options.seconds * segment.length as f64 / UNITS as f64;
-                let options = (self.options, seconds);
-                let alone = assemble(&self.plant, self.file, options, &[*segment])?;
-                let found = Information::of(self.rig, &alone, &self.instances, &self.deviations);
-                self.count(segment.length);
-                found
-            })
-            .collect::<Result<_>>()?;
+        let information = parallel::try_map(&segments, |segment| {
+            let seconds = self.options.seconds * segment.length as f64 / UNITS as f64;
+            let options = (self.options, seconds);
+            let alone = assemble(&self.plant, self.file, options, &[*segment])?;
+            let found = Information::of(self.rig, &alone, &self.instances, &self.deviations);
+            self.count(segment.length);
+            found
+        })?;
         Ok(Library {
             segments,
             information,

@@ -3,6 +3,7 @@
 
 use super::information::Measure;
 use crate::excite::reveal::{Revelation, WEAKLY};
+use crate::order;
 
 /// Number of effects that decide.
 pub(super) const HARDEST: usize = 5;
@@ -85,7 +86,7 @@ impl Goal {
     /// Effects with the smallest distances among those that can be shown, the hardest first.
     pub(super) fn hardest(&self, distances: &[f64]) -> Vec<usize> {
         let mut able: Vec<usize> = (0..distances.len()).filter(|&k| self.shows[k]).collect();
-        able.sort_by(|&a, &b| distances[a].total_cmp(&distances[b]));
+        order::sort_up(&mut able, |&index| distances[index]);
         able.truncate(HARDEST);
         able
     }

@@ -1,10 +1,10 @@
 //! Imitation of an effect by a rig's own numbers: its free parameters and its start, refitted to a
 //! run with an effect that it lacks (docs/explanation/experiments.md, eq. 5).
 
-use rayon::prelude::*;
 use sinew_sim::{Dual, InputTrajectory, Plant, Scalar};
 
 use crate::error::Result;
+use crate::parallel;
 
 /// Derivatives carried by one simulation.
 const CHUNK: usize = 8;
@@ -121,9 +121,9 @@ impl<'a> Imitation<'a> {
     /// `Simulation` where the rig cannot be simulated.
     pub(in crate::excite) fn columns(&self, count: usize) -> Result<Vec<Vec<f64>>> {
         let chunks: Vec<usize> = (0..count).step_by(CHUNK).collect();
-        let derived: Vec<Vec<Vec<f64>>> = (chunks.par_iter())
-            .map(|&from| self.derivatives(from..(from + CHUNK).min(count)))
-            .collect::<Result<_>>()?;
+        let derived: Vec<Vec<Vec<f64>>> = parallel::try_map(&chunks, |&from| {
+            self.derivatives(from..(from + CHUNK).min(count))
+        })?;
         Ok(derived.into_iter().flatten().collect())
     }
 

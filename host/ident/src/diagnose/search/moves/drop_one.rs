@@ -1,7 +1,6 @@
 //! Halves of pairs: one of two terms may do alone.
 
 use crate::diagnose::config::CONFIG;
-use rayon::prelude::*;
 
 use crate::diagnose::acceptance::ranking;
 use crate::diagnose::candidate::{Candidate, Trial};
@@ -12,6 +11,7 @@ use crate::diagnose::search::refit::refit;
 use crate::diagnose::search::subset::Subset;
 use crate::diagnose::term::Term;
 use crate::error::Result;
+use crate::parallel;
 
 /// Refits the halves of the best pairs alone, each from where its pair ended.
 pub(crate) struct DropOne;
@@ -65,7 +65,7 @@ pub(crate) fn halves(
     let count = case
         .progress_of("halves of pairs")
         .count("fitted", halves.len());
-    let alone = halves.into_par_iter().map(|(pair, term)| {
+    let halves = parallel::try_map(&halves, |(pair, term)| {
         if case.time.is_spent() {
             return Ok(None);
         }
@@ -73,7 +73,6 @@ pub(crate) fn halves(
         let half = half.map(|half| refit(case, subset, &half, CONFIG.refit.steps));
         count.one();
         half.transpose().map(Option::flatten)
-    });
-    let halves: Vec<Option<Candidate>> = alone.collect::<Result<_>>()?;
+    })?;
     Ok(halves.into_iter().flatten().collect())
 }

@@ -167,7 +167,8 @@ fn on_track(subset: &Subset, trial: &Trial, found: Starts) -> Result<Option<Tria
     let values = trial.point.values.clone();
     let states = (subset.data).along((&model.rig, &model.plant), &values, &segments, found)?;
     let from = DecisionVariables { values, states };
-    let point = model.improve(subset.data, &mut segments, from, 6, 1e-4);
+    let (steps, tolerance) = (CONFIG.pair.parent_steps, CONFIG.refit.tolerance);
+    let point = model.improve(subset.data, &mut segments, from, steps, tolerance);
     Ok(point.map(|point| Trial {
         model,
         point,

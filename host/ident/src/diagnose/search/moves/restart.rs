@@ -1,9 +1,8 @@
 //! Numbers that one explanation found, given to others: each was fitted from where its own
-//! screening had left it, and a fit ends in the nearest valley (docs/explanation/diagnosis.md,
-//! "Moves").
+//! screening had left it, and a fit ends in the nearest local minimum
+//! (docs/explanation/diagnosis.md, "Moves").
 
 use crate::diagnose::config::CONFIG;
-use rayon::prelude::*;
 
 use crate::diagnose::acceptance::ranking;
 use crate::diagnose::candidate::Candidate;
@@ -14,6 +13,7 @@ use crate::diagnose::search::refit::refit_from;
 use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::levenberg::DecisionVariables;
+use crate::parallel;
 
 /// Refits alternatives from the numbers of the best candidate: a fit ends in the nearest local
 /// minimum.
@@ -63,13 +63,13 @@ pub(crate) fn restarted(
     };
     let size = |candidate: &Candidate| candidate.trial.terms.len();
     // Laws of one family in one place first: they are one another's limits.
-    let kin = |a: &Term, b: &Term| a != b && a.has_place_of(b) && a.family() == b.family();
-    let of_kin = |candidate: &Candidate| {
+    let same_family = |a: &Term, b: &Term| a != b && a.has_place_of(b) && a.family() == b.family();
+    let is_alternative = |candidate: &Candidate| {
         let mut terms = candidate.trial.terms.iter();
-        terms.any(|one| best.trial.terms.iter().any(|other| kin(one, other)))
+        terms.any(|one| best.trial.terms.iter().any(|other| same_family(one, other)))
     };
     let mut ordered = ranking(case, base, candidates);
-    ordered.sort_by_key(|&index| !of_kin(&candidates[index]));
+    ordered.sort_by_key(|&index| !is_alternative(&candidates[index]));
     let ordered = || ordered.iter().map(|&index| &candidates[index]);
     let alike = ordered().filter(|rival| size(rival) == size(best) && others(rival) == 1);
     let fewer = ordered().filter(|rival| size(rival) < size(best));
@@ -80,7 +80,7 @@ pub(crate) fn restarted(
     let count = case
         .progress_of("rivals from the best one's numbers")
         .count("fitted", rivals.len());
-    let again = rivals.into_par_iter().map(|rival| {
+    let again = parallel::try_map(&rivals, |rival| {
         if case.time.is_spent() {
             return Ok(None);
         }
@@ -97,7 +97,6 @@ pub(crate) fn restarted(
         let again = refit_from(case, &rival.trial, from, CONFIG.refit.steps);
         count.one();
         again
-    });
-    let again: Vec<Option<Candidate>> = again.collect::<Result<_>>()?;
+    })?;
     Ok(again.into_iter().flatten().collect())
 }

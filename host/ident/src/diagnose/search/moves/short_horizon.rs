@@ -3,7 +3,6 @@
 //! (docs/explanation/diagnosis.md, "Moves").
 
 use crate::diagnose::config::CONFIG;
-use rayon::prelude::*;
 use sinew_sim::{Plant, Rig};
 
 use crate::diagnose::candidate::{Candidate, Trial, merit};
@@ -17,6 +16,8 @@ use crate::diagnose::search::subset::{Subset, cut_subset};
 use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::levenberg::DecisionVariables;
+use crate::order;
+use crate::parallel;
 
 /// Screens every term over short intervals and follows the best to longer ones.
 pub(crate) struct ShortIntervals;
@@ -67,7 +68,7 @@ pub(crate) fn on_short_intervals(
     let model = Model::new(rig, case.written, &[], subset.settings)?;
     let values = model.inherit(&written, &written.values());
     let below = cut_subset(subset, CONFIG.short_horizon.pieces[0]);
-    let Some(parent) = below.first(rig, &values, 15)? else {
+    let Some(parent) = below.first(rig, &values, CONFIG.short_horizon.baseline_steps)? else {
         return Ok((Vec::new(), ShortHorizon::default()));
     };
     let singles = screened(case, &below, &parent, all, ONE)?;
@@ -108,7 +109,7 @@ pub(crate) fn pairs_on_short_intervals(
         let second = |term: &&Term| term.may_join(&parent.terms);
         let rest: Vec<Term> = all.iter().filter(second).cloned().collect();
         pairs.extend(screened(case, &below, parent, &rest, TWO)?);
-        pairs.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
+        order::sort_up(&mut pairs, merit);
         let least = |all: &[Trial]| all.iter().map(beside).fold(f64::INFINITY, f64::min);
         let (single, pair) = (least(&parents), least(&pairs));
         let in_vain = CONFIG
@@ -168,17 +169,15 @@ fn lengthened<'a>(
     for pieces in CONFIG.short_horizon.pieces[1..].iter().copied().chain([1]) {
         let above = cut_subset(subset, pieces);
         let count = case.progress_of(what).count("joined", trial.len());
-        trial = trial
-            .into_par_iter()
-            .filter_map(|trial| {
-                let taken = lengthened_to(&above, &below, trial).ok().flatten();
-                count.one();
-                taken
-            })
-            .collect();
+        let taken = parallel::map_owned(trial, |trial| {
+            let taken = lengthened_to(&above, &below, trial).ok().flatten();
+            count.one();
+            taken
+        });
+        trial = taken.into_iter().flatten().collect();
         below = above;
     }
-    trial.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
+    order::sort_up(&mut trial, merit);
     refit_best(case, subset, &trial, what)
 }
 
