@@ -249,7 +249,8 @@ impl<'a> Run<'a> {
             }
         }
         for (actuator, (_, square)) in self.rig.actuators.iter().zip(&self.input) {
-            if actuator.drives == Drives::Body(body) {
+            // The force of a position loop follows from the other forces.
+            if actuator.drives == Drives::Body(body) && actuator.position_loop.is_none() {
                 squares += self.value(&actuator.name, "gain").powi(2) * square;
             }
         }

@@ -135,8 +135,8 @@ impl Effect for Curvature {
     };
 
     const EXPLANATION: Explanation = Explanation {
-        cause: "Force that is not proportional to the command: magnetic saturation, an \
-                electrostatic drive, a valve characteristic.",
+        cause: "Force that is not proportional to the command: magnetic saturation, a supply that \
+                sags, an electrostatic drive, a valve characteristic.",
         parameters: &[(
             "coefficient",
             "change of the gain per unit of the input; negative where the gain falls",

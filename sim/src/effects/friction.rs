@@ -1,6 +1,6 @@
-//! Dry friction: it opposes sliding and holds what rests (docs/explanation/plant.md, eq. 6 to 9).
+//! Dry friction: it opposes sliding and holds what rests (docs/explanation/plant.md, eq. 6 to 9b).
 //!
-//! Each law is written for a body that slides one way, with `direction` standing for sign(v); the
+//! Each law but the last is written for a body that slides one way, with `direction` standing for sign(v); the
 //! integrator switches the direction at the instant of reversal and holds a resting body exactly
 //! while the other forces stay within [`Effect::hold`]. Nothing is smoothed.
 
@@ -37,6 +37,7 @@ impl Effect for Coulomb {
             "stribeck_friction",
             "direction_dependent_friction",
             "load_dependent_friction",
+            "presliding_friction",
             "hysteresis",
             "viscous_damping",
         ],
@@ -253,7 +254,7 @@ impl Effect for LoadDependent {
         parameters: &[(
             "coefficient",
             "force of friction over the load; the load is the tension of a tendon, or the \
-                 actuator force at a body",
+                 actuator force at a body; over a wrap angle it is tanh(friction times angle)",
         )],
         next: "Repeat one slow reversal at three loads. Dry friction keeps its level, \
                load-dependent friction grows in proportion.",
@@ -262,4 +263,58 @@ impl Effect for LoadDependent {
     fn starts(_scales: &Scales) -> Vec<Vec<f64>> {
         vec![vec![0.05], vec![0.25]]
     }
+}
+
+/// Dahl: `F = -level w, w' = (v - |v| w) / distance`, `w(0) = 0` (eq. 9b). It has a state, and
+/// holds nothing at rest: it is no force of its own here.
+pub(super) struct Presliding;
+
+impl Effect for Presliding {
+    const REFINES: bool = true;
+
+    const DESCRIPTION: Description = Description {
+        kind: "presliding_friction",
+        law: "F = -level w, w' = (v - |v| w) / distance",
+        equation: "9b",
+        parameters: &[
+            strength("level", Quantity::Force, Sign::NonNegative),
+            ParameterSpec {
+                // Shorter, it is dry friction by now and costs thousands of sub-steps a row.
+                range: SearchRange::AtLeast(0.125),
+                ..parameter("distance", Quantity::Coordinate, Sign::Positive)
+            },
+        ],
+        confusable: &["coulomb_friction", "stribeck_friction", "hysteresis"],
+        excited_by: "reversals of several sizes, the smallest shorter than the distance",
+        sentence: "Friction at {component} that builds up to {level} over {distance} after each \
+                   reversal is missing from the model.",
+        ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "Contact of a bearing, ball screw, gear or seal that yields before it slips \
+                (Dahl). After a reversal the force builds up over a distance, as a spring would.",
+        parameters: &[
+            ("level", "force of friction in steady sliding"),
+            (
+                "distance",
+                "way after which the force has come within 1/e of the level; the stiffness before \
+                 slip is level over distance",
+            ),
+        ],
+        next: "Record reversals of several sizes, some shorter than the distance. Dry friction has \
+               its whole level at once. Hysteresis of a spring follows the spring's extension.",
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        [0.3, 0.08]
+            .map(|part| vec![0.3 * scales.force, part * scales.position])
+            .to_vec()
+    }
+}
+
+/// Rate of w (eq. 9b); `direction` stands for sign(v).
+#[inline]
+pub(crate) fn presliding_rate<S: Scalar>(p: &[S], w: S, v: S, direction: f64) -> S {
+    v * (S::constant(1.0) - w * direction) / p[1]
 }

@@ -28,6 +28,7 @@ pub use description::{
     Description, Energy, Explanation, Family, ParameterSpec, Port, Role, Scales, SearchRange, Sign,
 };
 use description::{parameter, place, strength};
+pub(crate) use friction::presliding_rate;
 pub(crate) use gap::{dead_band, press};
 pub use learned::learned_force;
 pub(crate) use memory::{creep_rate, hysteresis_rate};
@@ -71,6 +72,10 @@ trait Effect {
 
     /// Several rests: a free run ends in one or in another.
     const MANY_RESTS: bool = false;
+
+    /// It is a finer description of what other laws describe: a search tries it in the place of a
+    /// law that is easily taken for it, and nowhere else.
+    const REFINES: bool = false;
 
     /// The slope of its force jumps where the velocity of its body passes zero.
     const KINK_AT_REST: bool = false;
@@ -196,6 +201,15 @@ macro_rules! effects {
                 }
             }
 
+            /// True if a search tries it in the place of a law that is easily taken for it, and
+            /// nowhere else.
+            pub fn is_refinement(self) -> bool {
+                match self {
+                    $(Self::$name => <$file::$law as Effect>::REFINES,)*
+                    Self::Added(_) => false,
+                }
+            }
+
             /// True if a search tries its strengths as functions of a recorded column.
             pub fn follows_signals(self) -> bool {
                 match self {
@@ -255,6 +269,7 @@ effects! {
     Stribeck = friction::Stribeck,
     DirectionDependent = friction::DirectionDependent,
     LoadDependent = friction::LoadDependent,
+    Presliding = friction::Presliding,
     Viscous = damping::Viscous,
     QuadraticDrag = damping::QuadraticDrag,
     Cubic = stiffness::Cubic,
@@ -322,10 +337,10 @@ mod tests {
     #[test]
     fn the_vocabulary_is_complete_and_has_no_name_twice() {
         let mut names: Vec<&str> = Kind::ALL.iter().map(|k| k.description().kind).collect();
-        assert_eq!(names.len(), 25);
+        assert_eq!(names.len(), 26);
         names.sort_unstable();
         names.dedup();
-        assert_eq!(names.len(), 25);
+        assert_eq!(names.len(), 26);
     }
 
     #[test]
@@ -427,6 +442,7 @@ mod tests {
             of(&|spec| spec.range != SearchRange::Unlimited),
             [
                 "stribeck_friction.velocity",
+                "presliding_friction.distance",
                 "hysteresis.beta",
                 "hysteresis.gamma",
                 "hysteresis.exponent",
@@ -477,7 +493,7 @@ mod tests {
             let description = kind.description();
             forces.contains(&description.family)
                 && description.ports != [Port::Pair]
-                && **kind != Kind::LoadDependent
+                && ![Kind::LoadDependent, Kind::Presliding].contains(kind)
         };
         for &kind in Kind::ALL.iter().filter(at_a_port) {
             let description = kind.description();

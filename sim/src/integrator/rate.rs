@@ -136,6 +136,26 @@ pub(super) fn bound(
         let here = follows.filter(|follow| follow.load == load);
         1.0 + here.map(|f| values[f.coefficient].abs()).sum::<f64>()
     };
+    for motor in &topology.motors {
+        let line = &topology.lines[motor.line];
+        if let Some(servo) = line.servo {
+            let slopes = Slopes {
+                stiffness: followed(Followed::Motors(servo.body)) * values[line.gain].abs(),
+                damping: 0.0,
+            };
+            rows.add(&[(servo.body, 1.0)], slopes);
+        }
+    }
+    for friction in &topology.presliding {
+        let [level, distance] = [values[friction.slot], values[friction.slot + 1]];
+        // w' = v (1 - ...) / distance is at most twice the speed over the distance.
+        let slopes = Slopes {
+            stiffness: 2.0 * (level / distance).abs(),
+            damping: 0.0,
+        };
+        rows.add(&[(friction.body, 1.0)], slopes);
+        internal += (state.v[friction.body] / distance).abs();
+    }
     for (index, tendon) in topology.tendons.iter().enumerate() {
         let arms = tendon.path.iter().map(|&(body, arm)| (body, values[arm]));
         let factor = followed(Followed::Tension(index));

@@ -2,8 +2,8 @@
 
 use super::slots::{Slots, input_unit, reading_unit};
 use super::topology::{
-    BodySlots, Damper, Follow, Followed, Friction, Gap, Law, Load, Memory, Spring, Stop, Switch,
-    Topology,
+    BodySlots, Damper, Follow, Followed, Friction, Gap, Law, Load, Memory, Presliding, Spring,
+    Stop, Switch, Topology,
 };
 use crate::effects::{Family, Kind};
 use crate::rig::{Drives, EffectTable, Rig, Site};
@@ -150,6 +150,18 @@ fn at_body(rig: &Rig, kind: Kind, body: usize, slot: usize, topology: &mut Topol
             };
             let friction = friction_at(rig, body, topology);
             follow(topology, friction, slot, None, load);
+        }
+        Kind::Presliding => {
+            let name = &rig.bodies[body].name;
+            let state = internal(topology, format!("{name}.presliding_friction.share"));
+            let direction = switch(topology, Switch::Velocity(body));
+            topology.rates_vary = true;
+            topology.presliding.push(Presliding {
+                body,
+                slot,
+                state,
+                direction,
+            });
         }
         _ if kind.description().family == Family::Friction => {
             let friction = friction_at(rig, body, topology);

@@ -6,14 +6,14 @@ use super::motion;
 use super::shapes;
 use super::slots::{Slots, input_unit, reading_unit};
 use super::topology::{
-    BodySlots, Damper, InputChainSlots, Law, Line, Load, Motor, Sensor, Spring, Switch, Tendon,
-    Topology,
+    BodySlots, Damper, Gap, InputChainSlots, Law, Line, Load, Motor, Sensor, Servo, Spring, Switch,
+    Tendon, Topology,
 };
 use super::{Input, MotionQuantity, Parameter, Plant, SensorChannel};
 use crate::effects::{Kind, Sign};
 use crate::error::Error;
 use crate::law::{Curve, LawKind};
-use crate::rig::{AppliedLaw, Drives, End, Hold, Place, Reads, Rig, Signal};
+use crate::rig::{AppliedLaw, Drives, End, Hold, Place, PositionLoop, Reads, Rig, Signal, Value};
 use crate::settings::Settings;
 use crate::unit::{self, Motion, Quantity};
 use std::sync::Arc;
@@ -378,7 +378,41 @@ fn add_actuators<'a>(
             ),
             linear: actuator.hold == Hold::Linear,
             chain: InputChainSlots::default(),
+            servo: None,
         });
+        if let (Some(position_loop), Drives::Body(body)) =
+            (&actuator.position_loop, actuator.drives)
+        {
+            let motion = rig.bodies[body].motion;
+            let mut edge = |key: &str, quantity, value: &Option<Value>, switch| {
+                value.as_ref().map(|value| {
+                    let quantity = (quantity, motion);
+                    let slot = slots.of(&actuator.name, key, quantity, Sign::NonNegative, value);
+                    topology.switches.push(switch);
+                    let switch = topology.switches.len() - 1;
+                    Gap { slot, switch }
+                })
+            };
+            let PositionLoop {
+                dead_band,
+                effort_limit,
+            } = position_loop;
+            topology.lines[line].servo = Some(Servo {
+                body,
+                dead_band: edge(
+                    "dead_band",
+                    Quantity::Coordinate,
+                    dead_band,
+                    Switch::LoopBand(line),
+                ),
+                limit: edge(
+                    "effort_limit",
+                    Quantity::Force,
+                    effort_limit,
+                    Switch::LoopLimit(line),
+                ),
+            });
+        }
         match actuator.drives {
             Drives::Body(body) => topology.motors.push(Motor { body, line }),
             Drives::Tendon(tendon) => topology.tendons[tendon].lines.push(line),

@@ -5,7 +5,7 @@ use super::input_signal::InputSignal;
 use super::motion::Motion;
 use super::shapes::Seen;
 use super::topology::{Followed, Friction, Memory, Spring, Tendon, Topology};
-use crate::effects::{At, creep_rate, curve, dead_band, hysteresis_rate, press};
+use crate::effects::{At, creep_rate, curve, dead_band, hysteresis_rate, presliding_rate, press};
 use crate::rig::Reads;
 use crate::scalar::Scalar;
 
@@ -221,10 +221,53 @@ impl Tendon {
 }
 
 impl Topology {
-    /// Gain times input of a line.
+    /// Gain times input of a line, or times what its position loop makes of it (eq. 5, 5b).
     #[inline]
     pub(crate) fn through<S: Scalar>(&self, line: usize, at: &Point<S>) -> S {
-        at.values[self.lines[line].gain] * at.input_signals[line].at(at.tau)
+        let described = &self.lines[line];
+        let input = at.input_signals[line].at(at.tau);
+        let Some(servo) = described.servo else {
+            return at.values[described.gain] * input;
+        };
+        if let Some(limit) = servo.limit
+            && at.branches[limit.switch] != 0
+        {
+            let most = not_below_zero(at.values[limit.slot]);
+            return most * f64::from(at.branches[limit.switch]);
+        }
+        let mut error = input - at.state.q[servo.body];
+        if let Some(gap) = servo.dead_band {
+            let width = not_below_zero(at.values[gap.slot]) * 2.0;
+            error = dead_band(error, width, at.branches[gap.switch]);
+        }
+        at.values[described.gain] * error
+    }
+
+    /// Difference between the input of a line and the coordinate that its position loop holds.
+    #[inline]
+    pub(crate) fn loop_error<S: Scalar>(&self, line: usize, at: &Point<S>) -> S {
+        let body = self.lines[line].servo.map(|servo| servo.body);
+        let held = body.map_or(S::ZERO, |body| at.state.q[body]);
+        at.input_signals[line].at(at.tau) - held
+    }
+
+    /// Force of the position loop of a line as if it had no limit, on the side of its dead band
+    /// where it is.
+    #[inline]
+    pub(crate) fn free_loop<S: Scalar>(&self, line: usize, at: &Point<S>) -> S {
+        let described = &self.lines[line];
+        let mut error = self.loop_error(line, at);
+        if let Some(gap) = described.servo.and_then(|servo| servo.dead_band) {
+            let half = not_below_zero(at.values[gap.slot]);
+            error = if error.value() > half.value() {
+                error - half
+            } else if error.value() < -half.value() {
+                error + half
+            } else {
+                S::ZERO
+            };
+        }
+        at.values[described.gain] * error
     }
 
     /// Every force on every body but dry friction, the rates of internal states, and the loads that
@@ -259,6 +302,13 @@ impl Topology {
             };
             force[damper.to] -= pull;
             force[damper.from] += pull;
+        }
+        for friction in &self.presliding {
+            let (body, p) = (friction.body, &values[friction.slot..]);
+            let share = at.state.z[friction.state];
+            let direction = f64::from(at.branches[friction.direction]);
+            force[body] -= p[0] * share;
+            rate[friction.state] = presliding_rate(p, share, at.state.v[body], direction);
         }
         for motor in &self.motors {
             force[motor.body] += self.through(motor.line, at);

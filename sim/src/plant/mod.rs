@@ -318,7 +318,8 @@ impl Plant {
         let others = topology.bodies.len()
             + dampers.sum::<usize>()
             + topology.motors.len()
-            + 2 * (topology.loads.len() + topology.stops.len() + topology.frictions.len());
+            + 2 * (topology.loads.len() + topology.stops.len() + topology.frictions.len())
+            + 3 * topology.presliding.len();
         springs + tendons + others + 20 * topology.hasels.len()
     }
 

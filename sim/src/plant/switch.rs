@@ -1,7 +1,7 @@
 //! The branches of laws that have kinks and jumps, and how far a state is from leaving one.
 
 use super::forces::{Forces, Point, not_below_zero};
-use super::topology::{Switch, Topology};
+use super::topology::{Gap, Switch, Topology};
 use crate::effects::press;
 use crate::scalar::Scalar;
 
@@ -19,14 +19,12 @@ impl Topology {
         };
         match self.switches[index] {
             Switch::Slack(tendon) => one_sided(self.tendons[tendon].free_tension(self, at)),
-            Switch::SpringGap(spring) => {
-                let spring = &self.springs[spring];
-                let width = spring.gap.map_or(S::ZERO, |gap| at.values[gap.slot]);
-                banded(spring.extension(at.values, at.state), not_below_zero(width))
-            }
-            Switch::TendonGap(tendon) => {
-                let tendon = &self.tendons[tendon];
-                banded(tendon.elastic(self, at), tendon.band(at.values))
+            switch @ (Switch::SpringGap(_)
+            | Switch::TendonGap(_)
+            | Switch::LoopBand(_)
+            | Switch::LoopLimit(_)) => {
+                let (x, width) = self.band(switch, at);
+                banded(x, width)
             }
             Switch::Stop(stop) => {
                 let (depth, force) = self.contact(stop, at);
@@ -48,6 +46,35 @@ impl Topology {
         }
     }
 
+    /// Quantity of a switch that has a band around zero, and the width of that band, not below zero.
+    #[inline]
+    fn band<S: Scalar>(&self, switch: Switch, at: &Point<S>) -> (S, S) {
+        let width = |gap: Option<Gap>| {
+            let width = gap.map_or(S::ZERO, |gap| at.values[gap.slot]);
+            not_below_zero(width)
+        };
+        let servo = |line: usize| self.lines[line].servo;
+        match switch {
+            Switch::SpringGap(spring) => {
+                let spring = &self.springs[spring];
+                (spring.extension(at.values, at.state), width(spring.gap))
+            }
+            Switch::TendonGap(tendon) => {
+                let tendon = &self.tendons[tendon];
+                (tendon.elastic(self, at), tendon.band(at.values))
+            }
+            Switch::LoopBand(line) => {
+                let half = width(servo(line).and_then(|servo| servo.dead_band));
+                (self.loop_error(line, at), half * 2.0)
+            }
+            Switch::LoopLimit(line) => {
+                let half = width(servo(line).and_then(|servo| servo.limit));
+                (self.free_loop(line, at), half * 2.0)
+            }
+            _ => (S::ZERO, S::ZERO),
+        }
+    }
+
     /// Depth in a stop, and the force that it would answer with if it could pull.
     fn contact<S: Scalar>(&self, stop: usize, at: &Point<S>) -> (S, S) {
         let stop = &self.stops[stop];
@@ -60,26 +87,21 @@ impl Topology {
     /// rates lead to where that is known, else the positive one.
     pub(crate) fn branch<S: Scalar>(&self, index: usize, at: &Point<S>, load: &[S]) -> i8 {
         let sign = |x: S| if x.value() < 0.0 { -1 } else { 1 };
-        let band = |x: S, width: S| {
-            let half = 0.5 * not_below_zero(width).value();
-            match x.value() {
-                x if x > half => 1,
-                x if x < -half => -1,
-                _ => 0,
-            }
-        };
         match self.switches[index] {
             Switch::Slack(tendon) => {
                 i8::from(self.tendons[tendon].free_tension(self, at).value() > 0.0)
             }
-            Switch::SpringGap(spring) => {
-                let spring = &self.springs[spring];
-                let width = spring.gap.map_or(S::ZERO, |gap| at.values[gap.slot]);
-                band(spring.extension(at.values, at.state), width)
-            }
-            Switch::TendonGap(tendon) => {
-                let tendon = &self.tendons[tendon];
-                band(tendon.elastic(self, at), tendon.band(at.values))
+            switch @ (Switch::SpringGap(_)
+            | Switch::TendonGap(_)
+            | Switch::LoopBand(_)
+            | Switch::LoopLimit(_)) => {
+                let (x, width) = self.band(switch, at);
+                let half = 0.5 * width.value();
+                match x.value() {
+                    x if x > half => 1,
+                    x if x < -half => -1,
+                    _ => 0,
+                }
             }
             Switch::Stop(stop) => {
                 let (depth, force) = self.contact(stop, at);
@@ -104,27 +126,16 @@ impl Topology {
         let side = |x: S| if x.value() < 0.0 { -1 } else { 1 };
         match self.switches[index] {
             Switch::Slack(_) => 1 - branch,
-            Switch::SpringGap(spring) if branch == 0 => {
-                side(self.springs[spring].extension(at.values, at.state))
-            }
-            Switch::TendonGap(tendon) if branch == 0 => {
-                side(self.tendons[tendon].elastic(self, at))
-            }
-            // Without a gap there is nothing between the sides.
-            Switch::SpringGap(spring) => {
-                let width = self.springs[spring].gap.map(|gap| at.values[gap.slot]);
-                if width.is_some_and(|w| w.value() <= 0.0) {
-                    -branch
-                } else {
-                    0
-                }
-            }
-            Switch::TendonGap(tendon) => {
-                let width = self.tendons[tendon].gap.map(|gap| at.values[gap.slot]);
-                if width.is_some_and(|w| w.value() <= 0.0) {
-                    -branch
-                } else {
-                    0
+            switch @ (Switch::SpringGap(_)
+            | Switch::TendonGap(_)
+            | Switch::LoopBand(_)
+            | Switch::LoopLimit(_)) => {
+                let (x, width) = self.band(switch, at);
+                match branch {
+                    0 => side(x),
+                    // Without a gap there is nothing between the sides.
+                    _ if width.value() <= 0.0 => -branch,
+                    _ => 0,
                 }
             }
             Switch::Stop(stop) => {

@@ -29,6 +29,8 @@ pub(crate) struct Topology {
     pub(crate) stops: Vec<Stop>,
     /// One entry a direction in which something rubs.
     pub(crate) frictions: Vec<Friction>,
+    /// Friction that yields before it slips, one entry a body that has it.
+    pub(crate) presliding: Vec<Presliding>,
     /// Some friction acts on several bodies, so that what rests is held together.
     pub(crate) coupled: bool,
     /// Number of loads that friction follows.
@@ -167,6 +169,19 @@ pub(crate) struct Line {
     pub(crate) gain: usize,
     pub(crate) linear: bool,
     pub(crate) chain: InputChainSlots,
+    /// The position loop of its firmware.
+    pub(crate) servo: Option<Servo>,
+}
+
+/// A position loop: what a dead band leaves of the difference between an input and the coordinate
+/// of a body, times the gain, within a limit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Servo {
+    pub(crate) body: usize,
+    /// Half the width of its dead band.
+    pub(crate) dead_band: Option<Gap>,
+    /// Its largest force.
+    pub(crate) limit: Option<Gap>,
 }
 
 /// Slots of what happens to an input before its gain, in this order.
@@ -200,6 +215,17 @@ pub(crate) struct Stop {
     pub(crate) body: usize,
     pub(crate) slot: usize,
     pub(crate) switch: usize,
+}
+
+/// Friction that yields before it slips; its parameters from `slot` on are level and distance.
+#[derive(Debug)]
+pub(crate) struct Presliding {
+    pub(crate) body: usize,
+    pub(crate) slot: usize,
+    /// Index of the internal state that is its share of the level.
+    pub(crate) state: usize,
+    /// Sign of the velocity.
+    pub(crate) direction: usize,
 }
 
 /// Dry friction along one direction: a body's coordinate, or a tendon's path.
@@ -298,6 +324,10 @@ pub(crate) enum Switch {
     SpringRate(usize),
     /// Internal state: its sign.
     Internal(usize),
+    /// Line: which side of the dead band of its position loop the error is.
+    LoopBand(usize),
+    /// Line: at which limit its position loop is.
+    LoopLimit(usize),
     /// Friction and which of its loads: the sign of the load.
     Load(usize, usize),
 }

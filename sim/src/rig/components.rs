@@ -12,14 +12,14 @@ use super::reader::{Source, Spanned, TableReader};
 use super::sections::read_names;
 use super::signals::read_signals;
 use super::{
-    Actuator, Body, Damper, Drives, End, FORMAT, Gravity, Hold, MotionColumn, Reads, Rig, Sensor,
-    Spring, Tendon,
+    Actuator, Body, Damper, Drives, End, FORMAT, Gravity, Hold, MotionColumn, PositionLoop, Reads,
+    Rig, Sensor, Spring, Tendon,
 };
 use crate::effects::Sign;
 use crate::error::Error;
 use crate::law::LawKind;
 use crate::suggest;
-use crate::unit::Motion;
+use crate::unit::{self, Motion, Quantity};
 use toml_edit::TableLike;
 
 const TOP: &[&str] = &[
@@ -106,7 +106,9 @@ pub(super) fn read_rig<'a>(source: &'a Source<'a>, table: &'a dyn TableLike) -> 
     rig.geometry.magnets = each(&root, "magnet", |table| read_magnet(table, &names))?;
     rig.geometry.magnetometers = each(&root, "magnetometer", read_magnetometer)?;
     rig.geometry.hasels = each(&root, "hasel", |table| read_hasel(table, &names, &rig))?;
-    rig.actuators = each(&root, "actuator", |table| read_actuator(table, &names))?;
+    rig.actuators = each(&root, "actuator", |table| {
+        read_actuator(table, &names, &rig)
+    })?;
     rig.sensors = each(&root, "sensor", |table| read_sensor(table, &names, &rig))?;
     rig.effects = read_effects(&root.tables("effect")?, &names, &rig)?;
     rig.signals = read_signals(&root.tables("signal")?)?;
@@ -255,7 +257,7 @@ fn read_tendon(table: &TableReader, names: &Names, rig: &Rig) -> Result<Tendon, 
     })
 }
 
-fn read_actuator(table: &TableReader, names: &Names) -> Result<Actuator, Error> {
+fn read_actuator(table: &TableReader, names: &Names, rig: &Rig) -> Result<Actuator, Error> {
     let name = own_name(table)?;
     let role = format!("`drives` of {}", table.what);
     let drives = names.resolve(
@@ -277,11 +279,56 @@ fn read_actuator(table: &TableReader, names: &Names) -> Result<Actuator, Error> 
         input: table.text("input")?.value.to_owned(),
         hold: table.word("hold", &holds)?.unwrap_or(Hold::Zero),
         gain: table.parameter("gain", Sign::Any)?,
+        position_loop: read_position_loop(table, drives, rig)?,
         limit: read_limit(table)?,
         rate_limit: table.number("rate_limit", Sign::Positive)?,
         column_factor: read_factor(table)?,
         line: table.line("input"),
     })
+}
+
+/// The position loop of an actuator, where its `loop` names one.
+fn read_position_loop(
+    table: &TableReader,
+    drives: Drives,
+    rig: &Rig,
+) -> Result<Option<PositionLoop>, Error> {
+    if table.word("loop", &[("position", ())])?.is_none() {
+        let mut of_a_loop = ["dead_band", "effort_limit"].into_iter();
+        return match of_a_loop.find(|key| table.has(key)) {
+            Some(key) => Err(table
+                .error_at(key, format!("`{key}` of {} without a `loop`", table.what))
+                .helped("loop = \"position\" closes a position loop in the actuator's firmware")),
+            None => Ok(None),
+        };
+    }
+    let Drives::Body(body) = drives else {
+        let message = format!("`loop` of {}: it drives no body", table.what);
+        return Err(table
+            .error_at("loop", message)
+            .helped("a position loop holds the coordinate of a body"));
+    };
+    let coordinate = Quantity::Coordinate.unit(rig.bodies[body].motion);
+    let column = table.text("input")?.value;
+    let si = match table.optional_text("unit")? {
+        Some(unit) => unit::si(unit.value),
+        None => unit::of_column(column),
+    };
+    if si != coordinate {
+        let message = format!(
+            "`input` of {}: the position loop of `{}` takes {coordinate}, and `{column}` is in {}",
+            table.what,
+            rig.bodies[body].name,
+            if si.is_empty() { "no unit" } else { si },
+        );
+        return Err(table.error_at("input", message).helped(
+            "the column is the commanded position; `unit` converts degrees or millimetres",
+        ));
+    }
+    Ok(Some(PositionLoop {
+        dead_band: table.optional_parameter("dead_band", Sign::NonNegative)?,
+        effort_limit: table.optional_parameter("effort_limit", Sign::NonNegative)?,
+    }))
 }
 
 fn read_limit(table: &TableReader) -> Result<Option<(f64, f64)>, Error> {

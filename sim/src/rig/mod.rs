@@ -263,6 +263,16 @@ pub enum Hold {
     Linear,
 }
 
+/// Proportional position loop in the firmware of a servo: the force is the actuator's gain times
+/// what a dead band leaves of the difference between input and coordinate, within a limit.
+#[derive(Clone, Debug)]
+pub struct PositionLoop {
+    /// Largest difference that moves nothing, m or rad.
+    pub dead_band: Option<Value>,
+    /// Largest force of the loop, N or N m.
+    pub effort_limit: Option<Value>,
+}
+
 /// Action of a column of the recording on the rig.
 #[derive(Clone, Debug)]
 pub struct Actuator {
@@ -274,8 +284,10 @@ pub struct Actuator {
     pub input: String,
     /// Between samples.
     pub hold: Hold,
-    /// N, N m or m per unit of the input.
+    /// N, N m or m per unit of the input; with a position loop per m or rad of its error.
     pub gain: Value,
+    /// The input is a position that the actuator's own firmware goes to.
+    pub position_loop: Option<PositionLoop>,
     /// Limits of a controller's command, lower and upper, SI.
     pub limit: Option<(f64, f64)>,
     /// Limit of a controller's change per second, SI.

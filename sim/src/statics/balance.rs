@@ -20,6 +20,8 @@ pub(super) enum Edge {
         state: usize,
         direction: f64,
     },
+    /// A friction that yields before it slips, with its whole level after motion in the direction.
+    Presliding { state: usize, direction: f64 },
     /// The play of an actuator, at the end that the direction names.
     Play {
         line: usize,
@@ -99,6 +101,9 @@ impl<'a, S: Scalar> Balance<'a, S> {
         }) = self.edge
         {
             self.state.z[state] = S::constant(direction * saturation(&self.values[slot..]));
+        }
+        if let Some(Edge::Presliding { state, direction }) = self.edge {
+            self.state.z[state] = S::constant(direction);
         }
         let at = Point {
             values: &self.values,

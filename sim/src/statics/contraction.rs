@@ -70,6 +70,14 @@ impl Bounds {
             let low = if always { k } else { 0.0 };
             add(&path, [low.min(k), k.max(low)]);
         }
+        for line in &topology.lines {
+            if let Some(servo) = line.servo {
+                let k = values[line.gain];
+                let always = servo.dead_band.is_none() && servo.limit.is_none();
+                let low = if always { k } else { 0.0 };
+                add(&[(servo.body, 1.0)], [low.min(k), k.max(low)]);
+            }
+        }
         for stop in &topology.stops {
             add(&[(stop.body, 1.0)], [0.0, values[stop.slot + 1].max(0.0)]);
         }

@@ -68,6 +68,16 @@ impl Plant {
                 }
             }
         }
+        for friction in &topology.presliding {
+            let level = values[friction.slot];
+            let edge = |direction| Edge::Presliding {
+                state: friction.state,
+                direction,
+            };
+            if level > 0.0 {
+                intervals.push(problem.interval(friction.slot, [level; 2], edge)?);
+            }
+        }
         for (line, described) in topology.lines.iter().enumerate() {
             let Some(slot) = described.chain.play else {
                 continue;

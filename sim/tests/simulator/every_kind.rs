@@ -125,6 +125,18 @@ const CASES: &[Case] = &[
         &[("coefficient", 0.2)],
         true,
     ),
+    (
+        "presliding_friction",
+        "cart",
+        &[("level", 0.8), ("distance", 0.03)],
+        true,
+    ),
+    (
+        "presliding_friction",
+        "mass",
+        &[("level", 0.5), ("distance", 0.2)],
+        true,
+    ),
     ("viscous_damping", "mass", &[("damping", 0.4)], false),
     ("viscous_damping", "coil", &[("damping", 0.4)], false),
     ("quadratic_drag", "cart", &[("coefficient", 1.5)], true),
@@ -455,8 +467,9 @@ fn the_smoothed_law_has_the_hard_one_as_its_limit() {
 #[test]
 fn a_tolerance_refines_the_steps() {
     let times = times(101, 0.02);
-    let case = ("position_ripple", "cart", CASES[23].2);
-    let plant = bench("linear", case);
+    let ripple = CASES.iter().find(|case| case.0 == "position_ripple");
+    let &(kind, component, parameters, _) = ripple.unwrap();
+    let plant = bench("linear", (kind, component, parameters));
     let with = |tolerance| {
         let settings = Settings {
             tolerance,

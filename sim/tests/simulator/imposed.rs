@@ -147,6 +147,33 @@ fn a_hysteresis_remembers_the_imposed_motion() {
     assert!(worst < 1e-4, "{worst:e}");
 }
 
+/// Dahl's friction depends on the way alone: w = s + (w0 - s) exp(-way / distance) in the direction
+/// s since the last reversal, however fast.
+#[test]
+fn presliding_friction_remembers_the_way_and_no_speed() {
+    let memory = effect("presliding_friction", "rod", "level = 2.5\ndistance = 0.03");
+    let rod = ROD.replace("inertia = 2.0", "inertia = 0.0");
+    let plant = plant(&format!("{rod}{CELL}{memory}"));
+    let t = times(1501, 0.002);
+    let q: Vec<f64> = t.iter().map(|t| 0.05 - 0.05 * (2.0 * t).cos()).collect();
+    let run = run(&plant, &t, &q);
+    let turned = std::f64::consts::FRAC_PI_2;
+    let top = 1.0 - (-0.1f64 / 0.03).exp();
+    let exact = |row: usize| {
+        let x = 0.05 - 0.05 * (2.0 * t[row]).cos();
+        let share = if t[row] < turned {
+            1.0 - (-x / 0.03).exp()
+        } else {
+            -1.0 + (top + 1.0) * (-(0.1 - x) / 0.03).exp()
+        };
+        2.5 * share
+    };
+    let worst = (5..t.len() - 5)
+        .map(|row| (run.signal(row, 0) - exact(row)).abs())
+        .fold(0.0, f64::max);
+    assert!(worst < 1e-4 * 2.5, "{worst:e}");
+}
+
 /// A mass on a spring and damper whose base moves: the steady state is the transfer function, and
 /// the effort at the base is the force in the spring and damper.
 #[test]

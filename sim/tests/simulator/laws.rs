@@ -46,6 +46,37 @@ fn hysteresis_reaches_its_limit_strength() {
     assert!((z + exact).abs() < 1e-6 * exact, "{z} {exact}");
 }
 
+/// A free body that friction stops has lost its kinetic energy on the way x: with s = x / distance,
+/// m v0^2 / 2 = level distance (s - 1 + exp(-s)). Before it slips it swings on a spring of the
+/// stiffness level / distance.
+#[test]
+fn presliding_friction_stops_a_body_where_its_energy_is_gone_and_springs_before_it_slips() {
+    let (level, distance) = (3.0, 0.02);
+    let law = effect(
+        "presliding_friction",
+        "mass",
+        &[("level", level), ("distance", distance)],
+    );
+    let times = times(2001, 0.0005);
+    let fast = slide(0.0, 0.5, &law);
+    let mass = fast.values()[fast.slot("mass.inertia").unwrap()];
+    let reached = run(&fast, &times, &[]).column(0);
+    let reached = reached.into_iter().fold(0.0, f64::max);
+    let s = reached / distance;
+    let lost = level * distance * (s - 1.0 + (-s).exp());
+    let had = 0.5 * mass * 0.25;
+    println!("{reached} m: {lost} J of {had} J");
+    assert!((lost - had).abs() < 1e-5 * had, "{lost} {had}");
+    assert!(s > 1.0, "it slips: {s}");
+
+    let omega = (level / distance / mass).sqrt();
+    let slow = slide(0.0, 1e-6, &law);
+    let swing = run(&slow, &times, &[]).column(0);
+    let exact = times.iter().map(|t| 1e-6 / omega * (omega * t).sin());
+    let error = crate::mechanisms::distance(&swing, exact) * omega / 1e-6;
+    assert!(error < 1e-3, "{error:e} of the amplitude");
+}
+
 const PUSH: &str = "[[actuator]]\nname = \"push\"\ndrives = \"mass\"\ninput = \"u_N\"\n\
                     gain = { value = 1.0 }\n";
 
@@ -90,6 +121,49 @@ fn a_delay_shifts_the_input_by_exactly_that_much() {
         let error = distance(&ours, exact.into_iter().step_by(parts));
         assert!(error < 1e-8, "delay {delay}: {error:e}");
     }
+}
+
+/// A supply that sags is no law of its own: a gain and a curvature follow u / (1 + r u) to 0.7 %,
+/// where the gain has fallen by a third, and leave a hundredth of what a gain alone does.
+#[test]
+fn a_curvature_of_the_input_stands_for_a_supply_that_sags() {
+    let inputs = times(1001, 0.001);
+    let sagging = |u: f64| u / (1.0 + 0.5 * u);
+    let product = |a: &dyn Fn(f64) -> f64, b: &dyn Fn(f64) -> f64| -> f64 {
+        inputs.iter().map(|&u| a(u) * b(u)).sum()
+    };
+    // y = gain (u + coefficient u |u|), by least squares.
+    let (line, bend) = (|u: f64| u, |u: f64| u * u.abs());
+    let [a, b, c] = [
+        product(&line, &line),
+        product(&line, &bend),
+        product(&bend, &bend),
+    ];
+    let [p, q] = [product(&sagging, &line), product(&sagging, &bend)];
+    let (gain, bent) = (
+        (p * c - q * b) / (a * c - b * b),
+        (q * a - p * b) / (a * c - b * b),
+    );
+    let push = effect("input_curvature", "push", &[("coefficient", bent / gain)]);
+    let plant = slide(0.0, 0.0, &format!("{PUSH}{push}"));
+    let slot = plant.slot("push.gain").unwrap();
+    let mut values = plant.values();
+    values[slot] = gain;
+    let velocity = crate::mechanisms::run_with(&plant, &values, &inputs, &[&inputs]).column(1);
+    // Held for a millisecond, 1 kg: the force is the change of the velocity.
+    let force = velocity.windows(2).map(|pair| (pair[1] - pair[0]) / 0.001);
+    let left: f64 = force
+        .zip(&inputs)
+        .map(|(force, &u)| (force - sagging(u)).powi(2))
+        .sum();
+    let all = product(&sagging, &sagging);
+    let alone = all - p * p / a;
+    println!(
+        "{:.2e} of the force, {:.2e} of the mismatch",
+        (left / all).sqrt(),
+        left / alone
+    );
+    assert!((left / all).sqrt() < 7e-3 && left < 0.01 * alone);
 }
 
 /// Below zero a delay, a lag or a gap is none: a fit may try it.

@@ -24,6 +24,7 @@ mod order;
 mod passive;
 mod past;
 mod per_recording;
+mod position_loop;
 mod refusals;
 mod rests;
 mod rig_text;

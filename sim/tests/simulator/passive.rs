@@ -99,6 +99,11 @@ fn passive(which: u8, strength: f64, detail: f64) -> String {
         9 => more("cross_coupling", "a+b", &[("stiffness", 50.0 * strength)]),
         10 => more("coulomb_friction", "b", &[("level", 4.0 * strength)]),
         11 => more("quadratic_drag", "a", &[("coefficient", 3.0 * strength)]),
+        12 => more(
+            "presliding_friction",
+            "a",
+            &[("level", 4.0 * strength), ("distance", 0.2 * detail + 0.01)],
+        ),
         _ => more(
             "cubic_stiffness",
             "coil",
@@ -142,6 +147,11 @@ fn energy(plant: &Plant, state: &[f64]) -> f64 {
     }
     energy += 0.5 * tension * tension / 40.0;
     energy += 0.5 * get("coil.hysteresis.alpha") * at("coil.hysteresis.z").powi(2);
+    // A spring of the stiffness level over distance, whose extension is the share of the distance.
+    energy += 0.5
+        * get("a.presliding_friction.level")
+        * get("a.presliding_friction.distance")
+        * at("a.presliding_friction.share").powi(2);
     if let Some(slot) = plant.slot("anchor.viscoelastic_creep.stiffness") {
         energy += 0.5 * at("anchor.viscoelastic_creep.force").powi(2) / values[slot];
     }
@@ -154,8 +164,8 @@ proptest! {
 
     #[test]
     fn no_passive_effect_creates_energy(
-        first in (0..13u8, 0.0..1.0f64, 0.0..1.0f64),
-        second in (0..13u8, 0.0..1.0f64, 0.0..1.0f64),
+        first in (0..14u8, 0.0..1.0f64, 0.0..1.0f64),
+        second in (0..14u8, 0.0..1.0f64, 0.0..1.0f64),
         velocity in -2.0..2.0f64,
     ) {
         prop_assume!(first.0 != second.0);

@@ -28,7 +28,12 @@ BOUNDLESS = 1e6
 STRONG, WEAK = 1.0, (0.15, 0.7)
 # A simpler kind that must not explain a strong case: it would rightly be named instead.
 SIMPLER = {"stribeck_friction": "coulomb_friction", "direction_dependent_friction": "coulomb_friction",
-           "load_dependent_friction": "coulomb_friction", "gravity_load": "constant_load"}
+           "load_dependent_friction": "coulomb_friction", "presliding_friction": "coulomb_friction",
+           "gravity_load": "constant_load"}
+
+
+# Their memory is zero where a recording begins.
+REMEMBERS = ("hysteresis", "presliding_friction")
 
 
 def plan(seed, k):
@@ -51,7 +56,7 @@ def plan(seed, k):
 
 def place_for(rng, kind, rig, taken):
     """A place for a kind on this rig, or None."""
-    wheres = effects.KINDS[kind][1] if kind in effects.KINDS else [effects.OUTSIDE[kind]]
+    wheres = effects.EVERY[kind][1] if kind in effects.EVERY else [effects.OUTSIDE[kind]]
     found = [p for where in wheres for p in effects.sites(rig, where) if p not in taken]
     sensed = {k["reads"].rsplit(".", 1)[0] for k in rig.all("sensor")}
     bodies = rig.bodies()
@@ -128,7 +133,7 @@ class Bench:
         w = motion.work(s, states, scales(s, states, typ, self.rig))
         sensors = len(s.sensors)
         idle = motion.Control(0.0, 0.0, np.zeros(1), 0, np.inf, 1.0)
-        if not self.rig.integrates and not any(e["kind"] == "hysteresis" for e in present):
+        if not self.rig.integrates and not any(e["kind"] in REMEMBERS for e in present):
             # It has come to rest before the recording begins.
             wait = np.arange(40.0) * 2.0 * self.setting.tau
             still = np.zeros((40, max(s.n, sensors)))
@@ -333,7 +338,7 @@ def written(rng, rig, setting, bench, recordings, category, kinds, strength, pre
             error = np.where(lost, np.nan, r["measured"] - r["clean"])[skip:]
             test_noise = {k["signal"]: float(np.sqrt(np.nanmean(error[:, m] ** 2))) for m, k in enumerate(rig.all("sensor"))}
     for e in present:
-        e["family"] = effects.KINDS[e["kind"]][0] if e["kind"] in effects.KINDS else "outside"
+        e["family"] = effects.EVERY[e["kind"]][0] if e["kind"] in effects.EVERY else "outside"
         e["same_as"] = same_as(rig, e)
     truth = {"category": category, "rig": facts["family"], "strength": strength, "noise": facts["noise"], "visible": [float("%.3g" % min(a, BOUNDLESS)) for a in facts["amounts"]],
              "closed_loop": facts["closed_loop"], "jitter": facts["jitter"], "quantised": facts["quantised"], "missing": gaps, "effects": present,

@@ -48,7 +48,7 @@ def exact(kind, where, number_of):
 
 def main():
     FOLDER.mkdir(exist_ok=True)
-    for k, (kind, where) in enumerate([(kind, None) for kind in effects.KINDS] + ELSEWHERE):
+    for k, (kind, where) in enumerate([(kind, None) for kind in effects.KINDS] + ELSEWHERE + [(kind, None) for kind in effects.LATER]):
         name = kind if where is None else "%s.%s" % (kind, where)
         bench, effect, run, error, moved = exact(kind, where, k)
         rig = bench.rig

@@ -23,7 +23,7 @@ SE_WHAT, SE_AT, SE_GAIN, SE_OFFSET, SE_A, SE_B, SE_LAG, SE_STATE, SE_WAVE, SE_WA
 IN_EPS, IN_N, IN_PHASE = range(3)
 
 LINEAR, SQUARE, ROOT, VAN_DER_POL = range(4)  # laws of a damper
-BOUC_WEN, MAXWELL = range(2)  # laws of a memory
+BOUC_WEN, MAXWELL, DAHL = range(3)  # laws of a memory; the last is between a body and the ground, and ME_SPRING is the body
 POSITION, VELOCITY, TENSION = range(3)  # what a sensor reads
 NO_LOAD, ACTUATOR_LOAD, JOINT_LOAD, TENDON_LOAD = range(4)  # what presses on a friction
 STICK = 0
@@ -117,6 +117,13 @@ def forces(s, y, t, u, f, dy, press):
             joint[a] -= force
     for k in range(s.memories.shape[0]):
         row = s.memories[k]
+        if row[ME_LAW] == DAHL:
+            # dF/dx = sigma (1 - F sign(v) / level), sigma = level / distance.
+            i, m = int(row[ME_SPRING]), int(row[ME_STATE])
+            v = y[n + i]
+            dy[m] = row[ME_A] / row[ME_B] * (v - abs(v) * y[m] / row[ME_A])
+            f[i] -= y[m]
+            continue
         spring = s.springs[int(row[ME_SPRING])]
         a, b, m = int(spring[SP_FROM]), int(spring[SP_TO]), int(row[ME_STATE])
         x = at(y, b) - at(y, a) - spring[SP_REST]

@@ -182,6 +182,9 @@ def build(rig, values, effects=()):
         elif kind == "viscoelastic_creep":
             t["memories"].append([spring, laws.MAXWELL, p["stiffness"], p["time_constant"], 0, 0, states])
             states += 1
+        elif kind == "presliding_friction":
+            t["memories"].append([at[place], laws.DAHL, p["level"], p["distance"], 0, 0, states])
+            states += 1
         elif kind == "gravity_load":
             t["gravities"].append([at[place], p["amplitude"], p["zero"], hinge[place]])
         elif kind == "constant_load":
@@ -273,6 +276,9 @@ def scales(s, states, typ, rig):
         scale[i], scale[s.n + i] = 0.5 * (high - low), typ.speed[name]
     names = [k["name"] for k in rig.all("spring")]
     for row in s.memories:
+        if row[laws.ME_LAW] == laws.DAHL:
+            scale[int(row[laws.ME_STATE])] = row[laws.ME_A]
+            continue
         scale[int(row[laws.ME_STATE])] = typ.extension[names[int(row[laws.ME_SPRING])]]
     for row, keys in zip(s.actuators, rig.all("actuator")):
         if row[laws.AC_STATE] >= 0:

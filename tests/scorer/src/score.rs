@@ -56,6 +56,7 @@ const FAMILIES: &[(&str, &[&str])] = &[
             "stribeck_friction",
             "direction_dependent_friction",
             "load_dependent_friction",
+            "presliding_friction",
         ],
     ),
     ("damping", &["viscous_damping", "quadratic_drag"]),

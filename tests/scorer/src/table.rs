@@ -74,7 +74,11 @@ pub fn page(cases: &[Scored]) -> String {
             let these = one.iter().copied().filter(|case| {
                 case.truth.strength == Some(strength) && case.truth.effects[0].kind == kind
             });
-            row(&mut text, kind, &Count::of(these));
+            let count = Count::of(these);
+            // Kinds that came after a table have no case in it.
+            if count.all() > 0 {
+                row(&mut text, kind, &count);
+            }
         }
         let these = one
             .iter()

@@ -135,6 +135,12 @@ impl Term {
         }
     }
 
+    /// Tells whether it is tried in the place of a term that is easily taken for it, and nowhere
+    /// else.
+    pub fn is_refinement(&self) -> bool {
+        self.effect().is_some_and(|(kind, _)| kind.is_refinement())
+    }
+
     /// Tells whether it is an effect at a group of identical components.
     pub fn is_group(&self) -> bool {
         matches!(self, Self::Effect { sites, .. } if sites.len() > 1)

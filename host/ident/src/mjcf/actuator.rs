@@ -1,7 +1,7 @@
 //! Actuators: motors at joints, and the tensions of tendons.
 
 use sinew_sim::effects::Kind;
-use sinew_sim::rig::{Drives, Rig, Site};
+use sinew_sim::rig::{Actuator, Drives, Rig, Site};
 
 use super::xml::Element;
 use super::{Model, effect, unnamed, value};
@@ -18,10 +18,13 @@ pub(super) fn add(rig: &Rig, model: &mut Model) {
     let mut driven = vec![false; rig.tendons.len()];
     for (index, actuator) in rig.actuators.iter().enumerate() {
         let element = match actuator.drives {
-            Drives::Body(body) => Element::new("general")
-                .with("name", &actuator.name)
-                .with("joint", &rig.bodies[body].name)
-                .number("gainprm", actuator.gain.value),
+            Drives::Body(body) => {
+                let element = Element::new("general")
+                    .with("name", &actuator.name)
+                    .with("joint", &rig.bodies[body].name)
+                    .number("gainprm", actuator.gain.value);
+                position_loop(actuator, element, model)
+            }
             Drives::Tendon(tendon) if !driven[tendon] => {
                 driven[tendon] = true;
                 tension(rig, tendon, Some(index))
@@ -43,6 +46,27 @@ pub(super) fn add(rig: &Rig, model: &mut Model) {
         left_out(rig, index, model);
         model.actuators.push(dynamics(rig, index, element));
     }
+}
+
+/// The position loop of an actuator: a bias that pulls back with the gain, and a limit of the force.
+fn position_loop(actuator: &Actuator, mut element: Element, model: &mut Model) -> Element {
+    let Some(position_loop) = &actuator.position_loop else {
+        return element;
+    };
+    let gain = actuator.gain.value;
+    element = (element.with("biastype", "affine")).numbers("biasprm", &[0.0, -gain, 0.0]);
+    if let Some(limit) = &position_loop.effort_limit {
+        element = element
+            .with("forcelimited", "true")
+            .numbers("forcerange", &[-limit.value, limit.value]);
+    }
+    if position_loop.dead_band.is_some() {
+        let name = &actuator.name;
+        let what =
+            format!("dead band of the position loop of `{name}`: MuJoCo's actuators have none");
+        model.left_out.push(what);
+    }
+    element
 }
 
 /// Force of a tendon per unit of the input of an actuator that lets it out: stiffness times gain,

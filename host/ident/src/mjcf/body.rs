@@ -98,6 +98,10 @@ fn friction(rig: &Rig, index: usize, step: f64, joint: Element, model: &mut Mode
         let instead = "MuJoCo's frictionloss does not follow a load; set it each step";
         model.left_out.push(unnamed(rig, effect, instead));
     }
+    if let Some(effect) = effect(rig, Kind::Presliding, site) {
+        let instead = "MuJoCo has no friction that yields before it slips";
+        model.left_out.push(unnamed(rig, effect, instead));
+    }
     if level == 0.0 {
         return joint;
     }

@@ -33,6 +33,32 @@ fn what_mujoco_cannot_carry_is_named_with_its_numbers() {
 }
 
 #[test]
+fn a_position_loop_is_a_bias_and_a_limit_of_the_force() {
+    let text = "format = \"sinew-rig/1\"\nname = \"x\"\n[[body]]\nname = \"arm\"\n\
+                motion = \"hinge\"\ninertia = 1.0\n[[actuator]]\nname = \"servo\"\n\
+                drives = \"arm\"\ninput = \"goal_rad\"\ngain = 12.5\nloop = \"position\"\n\
+                effort_limit = 0.75\n";
+    let written = |more: &str| {
+        let rig = Rig::parse(&format!("{text}{more}"), "servo.toml");
+        mjcf(&rig.expect("the rig is sound"))
+    };
+    let plain = written("");
+    let servo = plain.text.lines().find(|line| line.contains("servo\""));
+    let servo = servo.expect("the actuator is written");
+    for part in [
+        "gainprm=\"12.5\"",
+        "biasprm=\"0 -12.5 0\"",
+        "forcerange=\"-0.75 0.75\"",
+    ] {
+        assert!(servo.contains(part), "{servo}");
+    }
+    assert_eq!(plain.left_out, [""; 0]);
+    let with_a_band = written("dead_band = 0.01\n").left_out;
+    assert_eq!(with_a_band.len(), 1, "{with_a_band:?}");
+    assert!(with_a_band[0].contains("dead band of the position loop of `servo`"));
+}
+
+#[test]
 fn a_number_that_depends_on_a_column_is_named_as_left_out() {
     let text = "format = \"sinew-rig/1\"\nname = \"x\"\n[[body]]\nname = \"cart\"\n\
                 motion = \"slide\"\ninertia = 1.0\n[[damper]]\nname = \"oil\"\nfrom = \"ground\"\n\

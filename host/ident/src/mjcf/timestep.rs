@@ -1,7 +1,7 @@
 //! A time step for MuJoCo that the rig's fastest motion allows.
 
 use sinew_sim::effects::Kind;
-use sinew_sim::rig::{End, Rig, Site};
+use sinew_sim::rig::{Drives, End, Rig, Site};
 
 use super::value;
 
@@ -35,6 +35,11 @@ pub(super) fn timestep(rig: &Rig) -> f64 {
         for (body, arm) in arms {
             stiffness[body] += arm.abs() * reach * tendon.stiffness.value;
             damping[body] += arm.abs() * reach * tendon.damping.value;
+        }
+    }
+    for actuator in &rig.actuators {
+        if let (Some(_), Drives::Body(body)) = (&actuator.position_loop, actuator.drives) {
+            stiffness[body] += actuator.gain.value.abs();
         }
     }
     for body in 0..rig.bodies.len() {

@@ -156,13 +156,22 @@ pub fn topics() -> Vec<Topic> {
     all
 }
 
+/// Names of the literature for effects that the vocabulary calls otherwise.
+const OTHER_NAMES: &[(&str, &str)] = &[
+    ("capstan_friction", "load_dependent_friction"),
+    ("dahl_friction", "presliding_friction"),
+    ("bouc_wen", "hysteresis"),
+    ("supply_sag", "input_curvature"),
+];
+
 /// Letters and digits of a name in lower case, so that `link-lost` finds `LinkLost`.
 fn letters(name: &str) -> String {
     let kept = name.chars().filter(char::is_ascii_alphanumeric);
     kept.map(|letter| letter.to_ascii_lowercase()).collect()
 }
 
-/// The explanation of a name; case, blanks, dashes and underscores do not matter.
+/// The explanation of a name; case, blanks, dashes and underscores do not matter. An effect
+/// answers to its names in the literature, too.
 ///
 /// ```
 /// use sinew::explain::explain;
@@ -176,7 +185,10 @@ fn letters(name: &str) -> String {
 /// An unknown name; the error suggests the nearest ones.
 pub fn explain(name: &str) -> Result<Topic> {
     let all = topics();
-    let wanted = letters(name);
+    let mut wanted = letters(name);
+    if let Some((_, own)) = (OTHER_NAMES.iter()).find(|(other, _)| letters(other) == wanted) {
+        wanted = letters(own);
+    }
     if let Some(topic) = all.iter().find(|topic| letters(topic.name) == wanted) {
         return Ok(topic.clone());
     }
@@ -292,6 +304,17 @@ mod tests {
         for name in named.into_iter().filter(|name| !["Host"].contains(name)) {
             assert_eq!(explain(name).unwrap().name, name);
         }
+    }
+
+    #[test]
+    fn an_effect_answers_to_its_names_in_the_literature() {
+        let names: Vec<&str> = topics().iter().map(|topic| topic.name).collect();
+        for (other, own) in OTHER_NAMES {
+            assert!(!names.contains(other), "{other} has words of its own");
+            assert_eq!(explain(other).unwrap().name, *own);
+        }
+        let words = explain("capstan friction").unwrap();
+        assert!(words.meaning.contains("capstan"), "{}", words.meaning);
     }
 
     #[test]

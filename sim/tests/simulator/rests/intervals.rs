@@ -57,6 +57,20 @@ fn the_simulator_rests_inside_the_interval_and_not_outside() {
 }
 
 #[test]
+fn presliding_friction_leaves_an_interval_of_its_whole_level() {
+    let law = effect(
+        "presliding_friction",
+        "mass",
+        &[("level", 2.0), ("distance", 0.01)],
+    );
+    let found = intervals(&slide(0.0, 0.0, &format!("{SPRING}{RAMP}{law}")), 4.0);
+    assert_eq!(found[0].component, "mass.presliding_friction");
+    assert_eq!(found[0].hold, [2.0; 2]);
+    let [low, high] = ends(&found[0]);
+    assert!((low - 2.0 / 40.0).abs() < 1e-14 && (high - 6.0 / 40.0).abs() < 1e-14);
+}
+
+#[test]
 fn hysteresis_and_play_leave_intervals_too() {
     let loop_ = effect(
         "hysteresis",

@@ -21,6 +21,8 @@ pub(crate) struct Context<'a> {
     pub rig: &'a Rig,
     /// Terms that may be missing from it.
     pub terms: Vec<Term>,
+    /// Terms that are tried in the place of one that is easily taken for them, and nowhere else.
+    pub refinements: Vec<Term>,
 }
 
 /// One way of finding better candidates than those of the pool.

@@ -31,6 +31,7 @@ use crate::diagnose::pool::Pool;
 use crate::diagnose::possible_terms::{depending_terms, terms};
 use crate::diagnose::search::refocus::refocused;
 use crate::diagnose::share::share_left;
+use crate::diagnose::term::Term;
 use crate::error::Result;
 
 /// Searches over the intervals of the case; then over fewer and longer ones, from where the rig
@@ -93,12 +94,14 @@ pub(crate) fn search(case: &Case, rig: &Rig, values: &[f64]) -> Result<Option<Po
     };
     let mut all = terms(rig, &plant, case.effects);
     all.extend(depending_terms(rig, case.effects, &signals(case, &plant)));
+    let (refinements, terms) = (can_be_told(case, all).into_iter()).partition(Term::is_refinement);
     let context = Context {
         case,
         subset,
         start,
         rig,
-        terms: can_be_told(case, all),
+        terms,
+        refinements,
     };
     improve(&context, &mut pool)?;
     let best = pool.chosen.or_else(|| {

@@ -31,6 +31,7 @@ pub fn context<'a>(case: &'a Case<'a>, terms: Vec<Term>) -> Context<'a> {
         start,
         rig: case.written,
         terms,
+        refinements: Vec::new(),
     }
 }
 

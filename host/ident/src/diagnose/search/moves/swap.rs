@@ -34,14 +34,16 @@ impl Move for Swap {
             subset,
             start,
             terms,
+            refinements,
             ..
         } = context;
+        let all = [&terms[..], refinements].concat();
         let Some(index) = promising(context, pool) else {
             return Ok(None);
         };
         let best = &pool.candidates[index].trial;
         Ok(Some(Proposal {
-            candidates: swapped(case, subset, start, best, &pool.candidates, terms)?,
+            candidates: swapped(case, subset, start, best, &pool.candidates, &all)?,
             ..Proposal::default()
         }))
     }
@@ -186,6 +188,27 @@ mod tests {
             assert!(!near(&rig, &there, &shaft), "{body}");
         }
         assert!(!near(&rig, &shaft, &term("input_delay", "drive")));
+    }
+
+    /// Friction that yields before it slips is looked for where a friction or a hysteresis was
+    /// found, and only there.
+    #[test]
+    fn a_refinement_is_tried_in_the_place_of_its_relatives_alone() {
+        let rig = rig();
+        let refined = term("presliding_friction", "load");
+        assert!(refined.is_refinement());
+        for (kind, component) in [
+            ("coulomb_friction", "load"),
+            ("stribeck_friction", "load"),
+            ("hysteresis", "shaft"),
+        ] {
+            let found = term(kind, component);
+            assert!(!found.is_refinement());
+            assert!(near(&rig, &found, &refined), "{kind}");
+        }
+        for (kind, component) in [("coulomb_friction", "motor"), ("viscous_damping", "load")] {
+            assert!(!near(&rig, &term(kind, component), &refined), "{kind}");
+        }
     }
 
     #[test]
