@@ -361,7 +361,11 @@ fn add_actuators<'a>(
             Drives::Tendon(_) => "m",
             Drives::Hasel(_) => "V",
         };
-        let unit = unit::ratio(over, input_unit(actuator));
+        let per = match (&actuator.position_loop, actuator.drives) {
+            (Some(_), Drives::Body(body)) => Quantity::Coordinate.unit(rig.bodies[body].motion),
+            _ => input_unit(actuator),
+        };
+        let unit = unit::ratio(over, per);
         let input =
             (columns.iter().position(|column| *column == actuator.input)).unwrap_or_else(|| {
                 columns.push(&actuator.input);

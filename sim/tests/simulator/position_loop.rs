@@ -128,6 +128,18 @@ fn a_body_rests_between_its_loop_and_its_spring() {
     assert!((rest("effort_limit = 2.0", 0.6) - 0.2).abs() < 1e-12);
 }
 
+/// A goal in millimetres is converted, and the gain stays a stiffness.
+#[test]
+fn a_goal_in_another_unit_is_converted_and_the_gain_is_a_stiffness() {
+    let text = "[[body]]\nname = \"mass\"\nmotion = \"slide\"\ninertia = 2.0\n\
+                [[actuator]]\nname = \"motor\"\ndrives = \"mass\"\ninput = \"goal_mm\"\n\
+                unit = \"mm\"\ngain = 50.0\nloop = \"position\"\n";
+    let plant = plant(text);
+    let gain = &plant.parameters()[plant.slot("motor.gain").unwrap()];
+    assert_eq!(gain.unit, "N/m");
+    assert_eq!(plant.inputs()[0].column_factor, 1e-3);
+}
+
 #[test]
 fn a_loop_that_cannot_be_is_refused_with_what_it_needs() {
     let refused = |keys: &str, drives: &str, input: &str| {

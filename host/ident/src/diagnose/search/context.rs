@@ -21,7 +21,7 @@ pub(crate) struct Context<'a> {
     pub rig: &'a Rig,
     /// Terms that may be missing from it.
     pub terms: Vec<Term>,
-    /// Terms that are tried in the place of one that is easily taken for them, and nowhere else.
+    /// Terms that are tried in the place of those that are easily taken for them, and nowhere else.
     pub refinements: Vec<Term>,
 }
 

@@ -3,6 +3,7 @@
 mod drop_one;
 mod from_nominal;
 mod pair;
+mod refine;
 mod restart;
 mod short_horizon;
 mod single;
@@ -13,6 +14,7 @@ use super::context::Move;
 /// Moves in the order in which the search makes them.
 pub(crate) const MOVES: &[&dyn Move] = &[
     &single::Single,
+    &refine::Refine,
     &from_nominal::FromNominal,
     &short_horizon::ShortIntervals,
     &pair::Pair,

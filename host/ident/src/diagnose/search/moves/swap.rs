@@ -124,7 +124,7 @@ pub(crate) fn swapped(
 /// Tells whether `other` may be what was taken for `found`: confusable with it, at the same
 /// component or one that touches it; or the same, at a body that the spring which was found
 /// touches.
-fn near(rig: &Rig, found: &Term, other: &Term) -> bool {
+pub(super) fn near(rig: &Rig, found: &Term, other: &Term) -> bool {
     let moved = found.kind() == other.kind() && !found.at_body() && other.at_body();
     (confusable(found, other) || moved) && touch(rig, found, other)
 }
