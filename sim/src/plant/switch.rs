@@ -46,7 +46,8 @@ impl Topology {
         }
     }
 
-    /// Quantity of a switch that has a band around zero, and the width of that band, not below zero.
+    /// Quantity of a switch that has a band around zero, and the width of that band, not below
+    /// zero.
     #[inline]
     fn band<S: Scalar>(&self, switch: Switch, at: &Point<S>) -> (S, S) {
         let width = |gap: Option<Gap>| {

@@ -48,7 +48,8 @@ pub(super) fn add(rig: &Rig, model: &mut Model) {
     }
 }
 
-/// The position loop of an actuator: a bias that pulls back with the gain, and a limit of the force.
+/// The position loop of an actuator: a bias that pulls back with the gain, and a limit of the
+/// force.
 fn position_loop(actuator: &Actuator, mut element: Element, model: &mut Model) -> Element {
     let Some(position_loop) = &actuator.position_loop else {
         return element;
