@@ -43,11 +43,12 @@ fn a_position_loop_is_a_bias_and_a_limit_of_the_force() {
         mjcf(&rig.expect("the rig is sound"))
     };
     let plain = written("");
-    let servo = plain.text.lines().find(|line| line.contains("servo\""));
+    let mut lines = plain.text.lines();
+    let servo = lines.find(|line| line.contains("<general name=\"servo\""));
     let servo = servo.expect("the actuator is written");
     for part in [
         "gainprm=\"12.5\"",
-        "biasprm=\"0 -12.5 0\"",
+        "biasprm=\"0.0 -12.5 0.0\"",
         "forcerange=\"-0.75 0.75\"",
     ] {
         assert!(servo.contains(part), "{servo}");
