@@ -37,8 +37,9 @@ pub struct Arguments {
     model: PathBuf,
     #[command(flatten)]
     recordings: Recordings,
-    /// File of candidates and answers (sinew-preferences/1); made where there is none, else
-    /// continued.
+    /// File of candidates and answers (sinew-preferences/1).
+    ///
+    /// It is made where there is none, else continued.
     #[arg(long, value_name = "JSON")]
     answers: PathBuf,
     /// Name of the person who answers.

@@ -31,7 +31,7 @@ use sinew_sim::suggest::nearest;
 /// Format of the JSON.
 pub const FORMAT: &str = "sinew-explanation/1";
 /// Most names that an error suggests.
-const SUGGESTED: usize = 4;
+const SUGGESTED: usize = 5;
 
 /// Kind of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
