@@ -58,8 +58,9 @@ pub struct Arguments {
     /// Page with the two loops of the question, written anew for each.
     #[arg(long, value_name = "HTML")]
     page: Option<PathBuf>,
-    /// File for the rig with the preferred [control] table; the rig's own text and comments are
-    /// kept.
+    /// File for the rig with the preferred [control] table.
+    ///
+    /// The rig's own text and comments are kept.
     #[arg(long, value_name = "TOML")]
     out: PathBuf,
     /// Folder for the model with the preferred weights, for `compare`, `pil` and `emit`.
