@@ -86,3 +86,35 @@ fn is_driven(plant: &Plant, recording: &Recording, rows: &Range<usize>) -> bool 
         spread(within) > DRIVEN * spread(before)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Column;
+
+    const CART: &str = "format = \"sinew-rig/1\"\nname = \"cart\"\n[[body]]\nname = \"cart\"\n\
+        motion = \"slide\"\ninertia = 1.0\n[[actuator]]\nname = \"push\"\ndrives = \"cart\"\n\
+        input = \"u_N\"\ngain = 1.0\n[[sensor]]\nname = \"ruler\"\nreads = \"cart.position\"\n\
+        signal = \"q_m\"\n";
+
+    #[test]
+    fn a_drive_that_weakens_in_the_silent_rows_is_no_drive() {
+        let plant = Plant::new(&Rig::parse(CART, "cart.toml").unwrap()).unwrap();
+        let rows = 0..200_u32;
+        let recorded = |later: f64| {
+            let push = |k: u32| f64::from(k).sin() * if k < 100 { 1.0 } else { later };
+            let column = |name: &str, values| Column {
+                name: name.to_owned(),
+                values,
+            };
+            let t = rows.clone().map(|k| 0.01 * f64::from(k)).collect();
+            let columns = vec![
+                column("u_N", rows.clone().map(push).collect()),
+                column("q_m", vec![0.0; 200]),
+            ];
+            Recording::new("cart.csv", t, columns).unwrap()
+        };
+        assert!(is_driven(&plant, &recorded(1.0), &(100..200)));
+        assert!(!is_driven(&plant, &recorded(0.1), &(100..200)));
+    }
+}

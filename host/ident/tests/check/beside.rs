@@ -300,8 +300,8 @@ fn one_of_two_sensors_that_falls_silent_is_named() {
 /// The drive falls to a tenth, dry friction holds the motor, and the load swings on.
 #[test]
 fn a_body_that_friction_holds_under_a_weaker_drive_is_no_dead_sensor() {
-    let stuck = driven([0.1, 1.0, 0.6], |at| {
-        let size = if at < 2.4 { 1.5 } else { 0.15 };
+    let stuck = driven([0.1, 1.0, 1.5], |at| {
+        let size = if at < 1.6 { 1.5 } else { 0.15 };
         size * ((2.0 * at).sin() + (7.0 * at).cos())
     });
     let motor = stuck.column("motor_rad").unwrap();
