@@ -1,5 +1,6 @@
 //! `cargo xtask setup`: what a bare machine lacks. Silent and quick when nothing is missing. Other
-//! verbs say what they would install, and on a terminal they ask; nothing is ever removed.
+//! verbs say what they would install, and on a terminal they ask; nothing is ever removed. Where apt
+//! would have to, or nobody may install, QEMU is unpacked in the build folder.
 //!
 //! The target comes from rustup. Where rustup is absent or cannot add it, Debian's Rust builds
 //! `core` from its own sources (packages rustc-web, cargo-web, rust-web-src) and links with
@@ -11,7 +12,9 @@ use std::process::Command;
 
 use anyhow::{Result, bail};
 
+use crate::apt::{apt, install};
 use crate::process::{self, answer, cargo, succeeds, target_folder};
+use crate::unpacked;
 
 const TARGET: &str = "thumbv7em-none-eabihf";
 const QEMU: &str = "qemu-system-arm";
@@ -244,26 +247,23 @@ fn qemu(consent: Consent) -> Result<()> {
     if present() {
         return Ok(());
     }
+    if unpacked::present(QEMU) {
+        return unpacked::start_again();
+    }
     let line = install(&[QEMU]).join(" ");
     agree(consent, &format!("{QEMU} is missing: apt-get {line}"))?;
-    apt(&[QEMU])?;
-    if !present() {
-        bail!("apt installed {QEMU}, but it does not run");
+    let Err(error) = apt(&[QEMU]) else {
+        if !present() {
+            bail!("apt installed {QEMU}, but it does not run");
+        }
+        return Ok(());
+    };
+    println!("setup: {error:#}");
+    if let Err(second) = unpacked::unpack(QEMU) {
+        println!("setup: {second:#}");
+        return Err(error);
     }
-    Ok(())
-}
-
-/// Arguments of apt-get: it removes nothing, and fails where it would have to.
-fn install<'a>(packages: &[&'a str]) -> Vec<&'a str> {
-    let mut line = vec![
-        "install",
-        "--yes",
-        "--quiet",
-        "--no-remove",
-        "--no-install-recommends",
-    ];
-    line.extend(packages);
-    line
+    unpacked::start_again()
 }
 
 /// The browser in which pages are looked at: where it cannot be had, those looks are skipped.
@@ -281,48 +281,6 @@ fn browser(consent: Consent) {
     if asked.and_then(|()| apt(&packages)).is_err() {
         println!("setup: no browser on this machine, so pages are not looked at");
     }
-}
-
-/// `apt-get install`, with the package lists fetched first: on a bare machine they are empty.
-fn apt(packages: &[&str]) -> Result<()> {
-    let by_hand = || {
-        format!(
-            "sudo apt-get update && sudo apt-get install --no-remove --no-install-recommends {}",
-            packages.join(" ")
-        )
-    };
-    if !succeeds(Command::new("apt-get").arg("--version")) {
-        bail!(
-            "this machine has no apt-get; install by its own means: {}",
-            packages.join(", ")
-        );
-    }
-    let root = answer(Command::new("id").arg("-u")).as_deref() == Some("0");
-    let sudo = !root && succeeds(Command::new("sudo").args(["--non-interactive", "true"]));
-    if !root && !sudo {
-        bail!("this needs an administrator; type\n  {}", by_hand());
-    }
-    let apt_get = |arguments: &[&str]| {
-        let mut command = if sudo {
-            // sudo drops the environment, so the variable goes behind it.
-            let mut command = Command::new("sudo");
-            command.args([
-                "--non-interactive",
-                "DEBIAN_FRONTEND=noninteractive",
-                "apt-get",
-            ]);
-            command
-        } else {
-            let mut command = Command::new("apt-get");
-            command.env("DEBIAN_FRONTEND", "noninteractive");
-            command
-        };
-        command.args(arguments);
-        process::run(&mut command)
-    };
-    // A repository that does not answer is no reason to stop: the others may have the package.
-    let _ = apt_get(&["update", "--quiet"]);
-    apt_get(&install(packages)).map_err(|error| error.context(format!("by hand:\n  {}", by_hand())))
 }
 
 #[cfg(test)]
