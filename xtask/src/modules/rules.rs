@@ -32,6 +32,20 @@ const RULES: &[(&str, &[Forbidden])] = &[
     ),
     ("sinew-convert", &[Forbidden::OursBut(&[])]),
     ("sinew-prefer", &[Forbidden::OursBut(&[])]),
+    ("sinew-search", &[Forbidden::OursBut(&[])]),
+    (
+        "sinew-share",
+        &[
+            Forbidden::These(&["burn", "clap", "nix"]),
+            Forbidden::OursBut(&[
+                "sinew-convert",
+                "sinew-files",
+                "sinew-ident",
+                "sinew-search",
+                "sinew-sim",
+            ]),
+        ],
+    ),
     (
         "sinew-plan",
         &[

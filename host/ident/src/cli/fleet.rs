@@ -53,7 +53,10 @@ pub struct Arguments {
 }
 
 /// A device as `--device` has it.
-fn named(text: &str) -> std::result::Result<(String, Vec<PathBuf>), String> {
+///
+/// # Errors
+/// Words about what a device is, for text of another shape.
+pub fn named(text: &str) -> std::result::Result<(String, Vec<PathBuf>), String> {
     let wanted = "a name and files, such as left=left-1.csv,left-2.csv";
     let (name, files) = text.split_once('=').ok_or(format!("not {wanted}"))?;
     let files: Vec<&str> = files.split(',').map(str::trim).collect();
@@ -64,16 +67,22 @@ fn named(text: &str) -> std::result::Result<(String, Vec<PathBuf>), String> {
     Ok((name.trim().into(), files.collect()))
 }
 
-/// Files of each device, in the order of the command line.
-fn devices(arguments: &Arguments) -> Result<Vec<(String, Vec<PathBuf>)>> {
+/// Files of each device, in the order of the command line: those of `--fit`, then of `--device`.
+///
+/// # Errors
+/// `Arguments` for a file that comes twice.
+pub fn devices(
+    by_file: &[PathBuf],
+    by_name: &[(String, Vec<PathBuf>)],
+) -> Result<Vec<(String, Vec<PathBuf>)>> {
     let mut all: Vec<(String, Vec<PathBuf>)> = Vec::new();
-    let by_file = arguments.fit.iter().map(|path| {
+    let by_file = by_file.iter().map(|path| {
         let name = path.file_stem().unwrap_or(path.as_os_str());
         (name.to_string_lossy().into_owned(), vec![path.clone()])
     });
     all.extend(by_file);
     let by_hand = all.len();
-    for (name, paths) in &arguments.device {
+    for (name, paths) in by_name {
         match all[by_hand..].iter_mut().find(|(known, _)| known == name) {
             Some((_, known)) => known.extend(paths.iter().cloned()),
             None => all.push((name.clone(), paths.clone())),
@@ -95,7 +104,7 @@ fn devices(arguments: &Arguments) -> Result<Vec<(String, Vec<PathBuf>)>> {
 /// # Errors
 /// Bad arguments, a bad file, or devices that no distribution follows from.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let devices = devices(arguments)?;
+    let devices = devices(&arguments.fit, &arguments.device)?;
     let paths = devices.iter().flat_map(|(_, paths)| paths);
     let paths = paths.map(|path| ("a recording", path.as_path()));
     overwrite::refuse(

@@ -12,7 +12,7 @@ const GROUPS: &[(&str, &[&str])] = &[
         "Identify",
         &[
             "convert", "new", "check", "simulate", "settle", "excite", "fit", "learn", "fleet",
-            "diagnose", "explain", "mjcf",
+            "share", "diagnose", "explain", "mjcf",
         ],
     ),
     ("Train", &["train", "calibrate"]),

@@ -21,6 +21,7 @@ mod prefer;
 mod record;
 mod result;
 mod settle;
+mod share;
 mod simulate;
 mod size;
 mod train;
@@ -83,6 +84,8 @@ enum Verb {
     Learn(learn::Arguments),
     /// Estimate the distribution of a fleet from recordings of its devices.
     Fleet(fleet::Arguments),
+    /// Make recordings of a fleet that may be published, under a privacy budget.
+    Share(share::Arguments),
     /// Find the physics that a rig lacks.
     Diagnose(diagnose::Arguments),
     /// Explain an effect, verdict, fault or status by its name.
@@ -354,6 +357,7 @@ fn run(verb: Verb) -> Result<u8> {
             rig_file::check(&arguments.rig)?;
             fleet::run(&arguments)
         }
+        Verb::Share(arguments) => share::run(&arguments),
         Verb::Diagnose(arguments) => {
             rig_file::check(&arguments.rig)?;
             return diagnose::run(&arguments);

@@ -7,7 +7,6 @@ pub(crate) mod firmware;
 pub mod gradient;
 pub mod objective;
 pub mod optimise;
-pub mod population;
 pub mod search_space;
 pub mod shape;
 pub mod tune;

@@ -7,7 +7,7 @@ use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use rayon::prelude::*;
 
-use crate::tuning::population::Population;
+use sinew_search::Population;
 
 /// Range of one gain; it is searched on a logarithmic scale, or on a linear one where it may be
 /// zero.
