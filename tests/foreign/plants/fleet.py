@@ -2,7 +2,8 @@
 
 As a plant program it is the device of number SINEW_DRAW. With a folder as its argument it writes recordings there:
 device-NN.csv (1.5 s, noisy), new-NN.1s.csv and new-NN.5s.csv of other devices, new-NN.test.csv of these without noise, and
-unseen.csv: the answers of 200 further devices to one input, without noise.
+unseen.csv: the answers of 200 further devices to one input, without noise. With a folder and a number of devices it writes
+device-NNN.csv of so many others, 5 s each.
 """
 
 import math
@@ -85,7 +86,19 @@ def recordings(folder):
     write(os.path.join(folder, "unseen.csv"), inputs, {"q%03d_m" % (n - 999): answers(device(n), inputs) for n in numbers})
 
 
+def many(folder, count):
+    """Noisy recordings of 5 s of many devices, each under commands of its own."""
+    for k in range(1, count + 1):
+        inputs = commands(10000 + k, 5.0, 8.0)
+        source = np.random.Generator(np.random.PCG64([SEED, 8, 10000 + k]))
+        positions = answers(device(10000 + k), inputs) + NOISE * source.standard_normal(len(inputs))
+        write(os.path.join(folder, "device-%03d.csv" % k), inputs, {"q_m": positions})
+
+
 def main():
+    if len(sys.argv) > 2:
+        many(sys.argv[1], int(sys.argv[2]))
+        return
     if len(sys.argv) > 1:
         recordings(sys.argv[1])
         return

@@ -152,7 +152,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         recording.write(arguments.out.join(recording.path()))?;
     }
     sinew_files::write(arguments.out.join(RIG), rig.to_toml())?;
-    let document = json(&region, (&budget, &release, &shared), &inputs, arguments.seed);
+    let document = json(
+        &region,
+        (&budget, &release, &shared),
+        &inputs,
+        arguments.seed,
+    );
     let text = format!("{document:#}\n");
     sinew_files::write(arguments.out.join(DOCUMENT), &text)?;
     if let Some(path) = &arguments.json {
@@ -183,7 +188,9 @@ fn refuse(arguments: &Arguments, files: &[(String, Vec<PathBuf>)]) -> Result<()>
     if files.len() < FEWEST {
         let message = format!("{} to hide among", count(files.len(), "device"));
         return Err(Error::arguments(message)
-            .expected(format!("at least {FEWEST} devices, and far more for a useful budget"))
+            .expected(format!(
+                "at least {FEWEST} devices, and far more for a useful budget"
+            ))
             .help("name each with --fit FILE, or --device NAME=FILE,FILE"));
     }
     if !(0.0..=1.0).contains(&arguments.noise) {
@@ -192,10 +199,15 @@ fn refuse(arguments: &Arguments, files: &[(String, Vec<PathBuf>)]) -> Result<()>
             .help("for example --noise 0.005: half a percent"));
     }
     if !(arguments.tolerance > 0.0 && arguments.tolerance <= 1.0) {
-        return Err(Error::must_be("--tolerance", "in (0, 1]", arguments.tolerance)
-            .help("for example --tolerance 0.05: means within 5 %"));
+        return Err(
+            Error::must_be("--tolerance", "in (0, 1]", arguments.tolerance)
+                .help("for example --tolerance 0.05: means within 5 %"),
+        );
     }
-    if arguments.count.is_some_and(|it| !(1..=10_000).contains(&it)) {
+    if arguments
+        .count
+        .is_some_and(|it| !(1..=10_000).contains(&it))
+    {
         let got = arguments.count.unwrap_or(0);
         return Err(Error::must_be("--count", "in [1, 10000]", got).help("for example --count 20"));
     }
@@ -220,8 +232,16 @@ fn weight(side: &sinew_share::region::Side) -> f64 {
 }
 
 /// Refuses a fleet whose means the noise would hide.
-fn is_enough(arguments: &Arguments, region: &Region, budget: &Budget, devices: usize) -> Result<()> {
-    let worst = region.sides.iter().max_by(|a, b| weight(a).total_cmp(&weight(b)));
+fn is_enough(
+    arguments: &Arguments,
+    region: &Region,
+    budget: &Budget,
+    devices: usize,
+) -> Result<()> {
+    let worst = region
+        .sides
+        .iter()
+        .max_by(|a, b| weight(a).total_cmp(&weight(b)));
     let Some(worst) = worst else { return Ok(()) };
     let error = weight(worst) * expected_error(region.size(), devices, budget);
     if error <= arguments.tolerance {

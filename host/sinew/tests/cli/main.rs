@@ -26,6 +26,7 @@ mod refusals;
 mod results;
 mod schema;
 mod settle;
+mod share;
 mod simulate;
 mod toolchain;
 mod wire;

@@ -119,6 +119,8 @@ const SLOW: &[Written] = &[
     ("pil", "--recording"),
     ("pil", "--report"),
     ("adopt", "--out"),
+    ("share", "--out"),
+    ("share", "--json"),
     ("prefer", "--out"),
     ("prefer", "--json"),
 ];

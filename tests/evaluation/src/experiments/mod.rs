@@ -10,6 +10,7 @@ mod problem;
 mod problems;
 mod published;
 mod rehearsal;
+mod share;
 mod targets;
 mod tuning;
 
@@ -91,6 +92,11 @@ const EXPERIMENTS: &[Experiment] = &[
         name: fleet::NAME,
         question: "what the distribution of a dozen devices says of the next ones, and what it is worth to a fit and to a controller",
         run: fleet::run,
+    },
+    Experiment {
+        name: share::NAME,
+        question: "what a private release of a fleet is worth over budgets and sizes, and what an attacker learns from it",
+        run: |seed, only| share::run(whole(seed, only)?),
     },
     Experiment {
         name: alike::NAME,
