@@ -262,7 +262,7 @@ fn is_enough(
         budget.epsilon,
         budget.delta
     ))
-    .help("record more devices, fix parameters that hardly differ, narrow --within, or raise --epsilon or --tolerance"))
+    .help("record more devices, narrow --within, or raise --epsilon or --tolerance"))
 }
 
 /// What was released, in words and numbers that are public.
