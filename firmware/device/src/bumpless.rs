@@ -5,6 +5,16 @@
 //! "Arming").
 
 /// Reference ramp: the part of the first error that is still taken out. Physical units.
+///
+/// ```
+/// use sinew_device::bumpless::BumplessTransfer;
+///
+/// // The output is at 2, the reference at 1: over four steps the reference comes from 2 to 1.
+/// let mut transfer = BumplessTransfer::over(4);
+/// let mut preview = [[1.0_f32]; 4];
+/// transfer.apply(&[2.0], &mut preview);
+/// assert_eq!(preview, [[1.75], [1.5], [1.25], [1.0]]);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct BumplessTransfer<const NY: usize> {
     offset: [f32; NY],

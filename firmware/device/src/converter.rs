@@ -2,6 +2,17 @@
 //! scale.
 
 /// A straight line between a converter's two ends: physical value at code 0 and at full scale.
+///
+/// ```
+/// use sinew_device::converter::Span;
+///
+/// // A 12-bit converter over -10 to 10 N.
+/// let force = Span { zero: -10.0, full: 10.0 };
+/// assert_eq!(force.code(0.0, 4095), Some(2048));
+/// assert!((force.physical(2048, 4095) - 0.002).abs() < 0.001);
+/// // A broken wire pulls the input to one end: a missing sample.
+/// assert!(force.physical(4095, 4095).is_nan());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
     /// Physical value of code 0.
@@ -55,6 +66,17 @@ pub struct Encoder {
 ///
 /// Two readings may be 32,767 counts apart at most: an encoder of 4,096 counts a turn then makes
 /// less than eight turns in a period of the loop.
+///
+/// ```
+/// use sinew_device::converter::{Counter, Encoder};
+///
+/// let encoder = Encoder { unit_per_count: 0.001, start: 0.5 };
+/// let mut counter = Counter::new();
+/// counter.advance(65_530);
+/// // The 16 bits wrapped; the position did not jump.
+/// let position = encoder.physical(counter.advance(4));
+/// assert!((position - 0.51).abs() < 1e-6);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counter {
     last: Option<u16>,

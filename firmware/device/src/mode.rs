@@ -67,6 +67,15 @@ pub enum Cause {
 }
 
 /// The mode and why.
+///
+/// ```
+/// use sinew_device::mode::{Cause, Drive, Mode, State};
+///
+/// let start = State::disarmed(Cause::Start);
+/// assert_eq!(start.drive(), None);
+/// let armed = State { mode: Mode::Armed(Drive::Rig), cause: Cause::Asked };
+/// assert!(armed.drive().is_some_and(Drive::is_on_board));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct State {

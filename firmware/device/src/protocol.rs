@@ -362,6 +362,17 @@ pub fn encode<'a, T: Serialize>(message: &T, buffer: &'a mut [u8]) -> Option<&'a
 
 /// Reads one frame, its terminator taken off; the bytes are overwritten.
 ///
+/// ```
+/// use sinew_device::protocol::{FrameError, MAX_FRAME, ToDevice, decode, encode};
+///
+/// let mut buffer = [0; MAX_FRAME];
+/// let length = encode(&ToDevice::Hello, &mut buffer).map_or(0, <[u8]>::len);
+/// // One bit is flipped on the way.
+/// buffer[1] ^= 0x40;
+/// let received = decode::<ToDevice>(&mut buffer[..length - 1]);
+/// assert!(matches!(received, Err(FrameError::Framing | FrameError::Checksum)));
+/// ```
+///
 /// # Errors
 /// [`FrameError`]; nothing is accepted whose checksum disagrees or that has bytes left over.
 #[inline(never)]
