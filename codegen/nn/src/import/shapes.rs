@@ -110,6 +110,19 @@ pub(in crate::import) fn places_along(
     places
 }
 
+/// Places in a tensor of shape `dims` of its values with the axes in the given order.
+pub(in crate::import) fn transposed_places(dims: &[usize], order: &[usize]) -> Vec<usize> {
+    let mut places = vec![0];
+    for &axis in order {
+        let stride: usize = dims[axis + 1..].iter().product();
+        places = places
+            .iter()
+            .flat_map(|&place| (0..dims[axis]).map(move |i| place + i * stride))
+            .collect();
+    }
+    places
+}
+
 /// Indices that a slice takes of an axis.
 pub(in crate::import) fn slice_indices(
     length: usize,

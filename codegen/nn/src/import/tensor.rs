@@ -1,5 +1,6 @@
 //! A tensor of a file: its shape and its values, as many as the shape says.
 
+use super::shapes::transposed_places;
 use crate::NetworkError;
 use crate::limits::MAX_PARAMETERS;
 
@@ -28,15 +29,7 @@ impl Tensor {
 
     /// The tensor with its axes in another order: axis `i` of the result is axis `axes[i]` of this.
     pub(super) fn permuted(&self, axes: &[usize]) -> Self {
-        let stride = |axis: usize| self.shape[axis + 1..].iter().product::<usize>();
-        let mut places = vec![0];
-        for &axis in axes {
-            places = places
-                .iter()
-                .flat_map(|&place| (0..self.shape[axis]).map(move |i| (place, i)))
-                .map(|(place, i)| place + i * stride(axis))
-                .collect();
-        }
+        let places = transposed_places(&self.shape, axes);
         Self {
             shape: axes.iter().map(|&axis| self.shape[axis]).collect(),
             values: places.into_iter().map(|place| self.values[place]).collect(),

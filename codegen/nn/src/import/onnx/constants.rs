@@ -8,7 +8,7 @@ use super::constant::{Constant, Integers};
 use super::constant_arithmetic::{binary, cast, of_numbers, unary};
 use super::{Import, Node};
 use crate::NetworkError;
-use crate::import::shapes::{places_along, slice_indices, spread_places};
+use crate::import::shapes::{places_along, slice_indices, spread_places, transposed_places};
 use crate::import::tensor::{self, Tensor};
 
 impl Import<'_> {
@@ -108,6 +108,7 @@ fn fractions(node: &Node<'_>, bounds: [&Tensor; 3]) -> Result<Constant, NetworkE
 
 type Inputs<'c> = [Option<&'c Constant>];
 
+/// The constant that an operator gives; none where it is no arithmetic of constants.
 fn evaluate(node: &Node<'_>, inputs: &Inputs<'_>) -> Result<Option<Constant>, NetworkError> {
     let op = node.proto.op_type.as_str();
     let read = |input: usize| {
@@ -151,154 +152,45 @@ fn evaluate(node: &Node<'_>, inputs: &Inputs<'_>) -> Result<Option<Constant>, Ne
                 dims[axis..].iter().product(),
             ])
         }
-        "Transpose" => {
-            let order = transposition(node, dims.len())?;
-            let shape: Vec<usize> = order.iter().map(|&axis| dims[axis]).collect();
-            let stride = |axis: usize| dims[axis + 1..].iter().product::<usize>();
-            let mut places = vec![0];
-            for &axis in &order {
-                places = places
-                    .iter()
-                    .flat_map(|&place| (0..dims[axis]).map(move |i| (place, i)))
-                    .map(|(place, i)| place + i * stride(axis))
-                    .collect();
-            }
-            Ok(Some(x.taken(shape, &places)))
-        }
-        "Gather" => {
-            let Some(Constant::Integers(indices)) = read(1) else {
-                return Ok(None);
-            };
-            let axis = axis_of(node, node.int("axis", 0), dims.len())?;
-            let list = gathered(node, &indices.values, dims[axis])?;
-            let shape = [&dims[..axis], &indices.shape, &dims[axis + 1..]].concat();
-            tensor::count(&node.name, &shape)?;
-            Ok(Some(x.taken(shape, &places_along(&dims, axis, &list))))
-        }
+        "Transpose" => transposed(node, x).map(Some),
+        "Gather" => match read(1) {
+            Some(Constant::Integers(indices)) => gather(node, x, indices).map(Some),
+            _ => Ok(None),
+        },
         "Slice" => {
-            let lists = [
-                integers(1, "starts"),
-                integers(2, "ends"),
-                integers(3, "axes"),
-                integers(4, "steps"),
-            ];
-            let mut found = x.clone();
-            for (axis, [start, end, step]) in slices(node, lists, dims.len())? {
-                let mut shape = found.shape().to_vec();
-                let indices = slice_indices(shape[axis], start, end, step);
-                let places = places_along(&shape, axis, &indices);
-                shape[axis] = indices.len();
-                found = found.taken(shape, &places);
-            }
-            Ok(Some(found))
+            let names = ["starts", "ends", "axes", "steps"];
+            let lists = [1, 2, 3, 4].map(|input| integers(input, names[input - 1]));
+            Ok(Some(sliced(x, slices(node, lists, dims.len())?)))
         }
         "Concat" => {
             let parts: Option<Vec<&Constant>> = (0..inputs.len()).map(read).collect();
             let Some(parts) = parts else { return Ok(None) };
             concatenated(node, &parts).map(Some)
         }
-        "ConstantOfShape" => {
-            let Constant::Integers(shape) = x else {
-                return Ok(None);
-            };
-            let shape = lengths(node, &shape.values)?;
-            let count = tensor::count(&node.name, &shape)?;
-            let value = node.tensor("value").map(Constant::new).transpose()?;
-            let value = value.unwrap_or_else(|| {
-                Constant::Floats(Tensor {
-                    shape: vec![1],
-                    values: vec![0.0],
-                })
-            });
-            if value.len() != 1 {
-                return Err(node.malformed("its value is no single number"));
-            }
-            Ok(Some(value.taken(shape, &vec![0; count])))
-        }
+        "ConstantOfShape" => match x {
+            Constant::Integers(shape) => filled(node, shape).map(Some),
+            Constant::Floats(_) => Ok(None),
+        },
         "Expand" => {
             let target = integers(1, "").ok_or_else(|| node.malformed("it has no shape"))?;
             let shape = broadcast(node, &dims, &lengths(node, &target)?)?;
             tensor::count(&node.name, &shape)?;
             Ok(Some(x.taken(shape.clone(), &spread_places(&dims, &shape))))
         }
-        "Range" => {
-            if let (Constant::Floats(a), Some(Constant::Floats(b)), Some(Constant::Floats(c))) =
-                (x, read(1), read(2))
-            {
-                return fractions(node, [a, b, c]).map(Some);
+        "Range" => range(node, [Some(x), read(1), read(2)]),
+        "Where" => match (x, read(1), read(2)) {
+            (Constant::Integers(condition), Some(a), Some(b)) => {
+                chosen(node, condition, [a, b]).map(Some)
             }
-            let (Constant::Integers(a), Some(Constant::Integers(b)), Some(Constant::Integers(c))) =
-                (x, read(1), read(2))
-            else {
-                return Ok(None);
-            };
-            let (Some(&a), Some(&b), Some(&c)) =
-                (a.values.first(), b.values.first(), c.values.first())
-            else {
-                return Err(node.malformed("its bounds are empty"));
-            };
-            let count = if c == 0 {
-                0
-            } else {
-                (i128::from(b) - i128::from(a)) / i128::from(c)
-            };
-            tensor::count(
-                &node.name,
-                &[usize::try_from(count.max(0)).unwrap_or(usize::MAX)],
-            )?;
-            let mut values = Vec::new();
-            let mut at = a;
-            while c != 0 && ((c > 0 && at < b) || (c < 0 && at > b)) {
-                values.push(at);
-                at = at.saturating_add(c);
-            }
-            Ok(Some(Constant::Integers(Integers::list(values))))
-        }
-        "Where" => {
-            let (Constant::Integers(condition), Some(a), Some(b)) = (x, read(1), read(2)) else {
-                return Ok(None);
-            };
-            let shape = broadcast(node, &broadcast(node, &dims, a.shape())?, b.shape())?;
-            let count = tensor::count(&node.name, &shape)?;
-            let [c, a_at, b_at] =
-                [&dims[..], a.shape(), b.shape()].map(|from| spread_places(from, &shape));
-            let (left, right) = (a.numbers(), b.numbers());
-            let values = (0..count)
-                .map(|i| {
-                    if condition.values[c[i]] != 0 {
-                        left[a_at[i]]
-                    } else {
-                        right[b_at[i]]
-                    }
-                })
-                .collect();
-            let whole = matches!((a, b), (Constant::Integers(_), Constant::Integers(_)));
-            Ok(Some(of_numbers(shape, values, whole)))
-        }
+            _ => Ok(None),
+        },
         "ReduceProd" | "ReduceSum" | "ReduceMax" | "ReduceMin" if x.len() > 0 => {
-            // Of a list, as shapes are.
             let axes = integers(1, "axes");
+            // Of a list, as shapes are.
             if dims.len() > 1 || axes.is_some_and(|axes| axes.len() > 1) {
                 return Ok(None);
             }
-            let keep = node.int("keepdims", 1) != 0;
-            let numbers = x.numbers().into_iter();
-            let value = match op {
-                "ReduceProd" => numbers.product(),
-                "ReduceSum" => numbers.sum(),
-                "ReduceMax" => numbers.fold(f64::NEG_INFINITY, f64::max),
-                _ => numbers.fold(f64::INFINITY, f64::min),
-            };
-            let shape = if keep {
-                vec![1; dims.len()]
-            } else {
-                Vec::new()
-            };
-            Ok(Some(of_numbers(
-                shape,
-                vec![value],
-                matches!(x, Constant::Integers(_)),
-            )))
+            Ok(Some(reduced(node, x)))
         }
         "MatMul" => match (x, read(1)) {
             (Constant::Floats(a), Some(Constant::Floats(b))) => product(node, a, b),
@@ -316,6 +208,134 @@ fn evaluate(node: &Node<'_>, inputs: &Inputs<'_>) -> Result<Option<Constant>, Ne
             _ => Ok(None),
         },
     }
+}
+
+/// The axes of `x` in the order that a Transpose asks for.
+fn transposed(node: &Node<'_>, x: &Constant) -> Result<Constant, NetworkError> {
+    let dims = x.shape();
+    let order = transposition(node, dims.len())?;
+    let shape: Vec<usize> = order.iter().map(|&axis| dims[axis]).collect();
+    Ok(x.taken(shape, &transposed_places(dims, &order)))
+}
+
+/// Values of `x` at indices along one axis (Gather).
+fn gather(node: &Node<'_>, x: &Constant, indices: &Integers) -> Result<Constant, NetworkError> {
+    let dims = x.shape();
+    let axis = axis_of(node, node.int("axis", 0), dims.len())?;
+    let list = gathered(node, &indices.values, dims[axis])?;
+    let shape = [&dims[..axis], &indices.shape, &dims[axis + 1..]].concat();
+    tensor::count(&node.name, &shape)?;
+    Ok(x.taken(shape, &places_along(dims, axis, &list)))
+}
+
+/// Ranges of `x`: for each axis start, end and step.
+fn sliced(x: &Constant, ranges: Vec<(usize, [i64; 3])>) -> Constant {
+    let mut found = x.clone();
+    for (axis, [start, end, step]) in ranges {
+        let mut shape = found.shape().to_vec();
+        let indices = slice_indices(shape[axis], start, end, step);
+        let places = places_along(&shape, axis, &indices);
+        shape[axis] = indices.len();
+        found = found.taken(shape, &places);
+    }
+    found
+}
+
+/// One value in a given shape (ConstantOfShape); without the attribute it is 0.
+fn filled(node: &Node<'_>, shape: &Integers) -> Result<Constant, NetworkError> {
+    let shape = lengths(node, &shape.values)?;
+    let count = tensor::count(&node.name, &shape)?;
+    let value = node.tensor("value").map(Constant::new).transpose()?;
+    let value = value.unwrap_or_else(|| {
+        Constant::Floats(Tensor {
+            shape: vec![1],
+            values: vec![0.0],
+        })
+    });
+    if value.len() != 1 {
+        return Err(node.malformed("its value is no single number"));
+    }
+    Ok(value.taken(shape, &vec![0; count]))
+}
+
+/// Numbers between bounds of one kind: start, limit and step (Range).
+fn range(
+    node: &Node<'_>,
+    bounds: [Option<&Constant>; 3],
+) -> Result<Option<Constant>, NetworkError> {
+    use Constant::{Floats, Integers as Whole};
+    match bounds {
+        [Some(Floats(a)), Some(Floats(b)), Some(Floats(c))] => fractions(node, [a, b, c]).map(Some),
+        [Some(Whole(a)), Some(Whole(b)), Some(Whole(c))] => {
+            whole_numbers(node, [a, b, c]).map(Some)
+        }
+        _ => Ok(None),
+    }
+}
+
+/// Whole numbers from the first bound, a step apart, before the second; none at a step of 0.
+fn whole_numbers(node: &Node<'_>, bounds: [&Integers; 3]) -> Result<Constant, NetworkError> {
+    let [Some(&a), Some(&b), Some(&c)] = bounds.map(|bound| bound.values.first()) else {
+        return Err(node.malformed("its bounds are empty"));
+    };
+    let count = if c == 0 {
+        0
+    } else {
+        (i128::from(b) - i128::from(a)) / i128::from(c)
+    };
+    tensor::count(
+        &node.name,
+        &[usize::try_from(count.max(0)).unwrap_or(usize::MAX)],
+    )?;
+    let mut values = Vec::new();
+    let mut at = a;
+    while c != 0 && ((c > 0 && at < b) || (c < 0 && at > b)) {
+        values.push(at);
+        at = at.saturating_add(c);
+    }
+    Ok(Constant::Integers(Integers::list(values)))
+}
+
+/// Each value from the first of two constants where the condition holds, else from the second
+/// (Where). All three are broadcast to one shape.
+fn chosen(
+    node: &Node<'_>,
+    condition: &Integers,
+    [a, b]: [&Constant; 2],
+) -> Result<Constant, NetworkError> {
+    let dims = &condition.shape[..];
+    let shape = broadcast(node, &broadcast(node, dims, a.shape())?, b.shape())?;
+    let count = tensor::count(&node.name, &shape)?;
+    let [c, a_at, b_at] = [dims, a.shape(), b.shape()].map(|from| spread_places(from, &shape));
+    let (left, right) = (a.numbers(), b.numbers());
+    let values = (0..count)
+        .map(|i| {
+            if condition.values[c[i]] != 0 {
+                left[a_at[i]]
+            } else {
+                right[b_at[i]]
+            }
+        })
+        .collect();
+    let whole = matches!((a, b), (Constant::Integers(_), Constant::Integers(_)));
+    Ok(of_numbers(shape, values, whole))
+}
+
+/// Product, sum or extreme of a list.
+fn reduced(node: &Node<'_>, x: &Constant) -> Constant {
+    let numbers = x.numbers().into_iter();
+    let value = match node.proto.op_type.as_str() {
+        "ReduceProd" => numbers.product(),
+        "ReduceSum" => numbers.sum(),
+        "ReduceMax" => numbers.fold(f64::NEG_INFINITY, f64::max),
+        _ => numbers.fold(f64::INFINITY, f64::min),
+    };
+    let shape = if node.int("keepdims", 1) != 0 {
+        vec![1; x.shape().len()]
+    } else {
+        Vec::new()
+    };
+    of_numbers(shape, vec![value], matches!(x, Constant::Integers(_)))
 }
 
 /// The product of a constant and a constant matrix; none where the second is no matrix.

@@ -2,7 +2,7 @@
 
 use super::file::Operator;
 use super::{Import, held, product, tensor};
-use crate::import::shapes::{self, places_along, slice_indices};
+use crate::import::shapes::{self, places_along, slice_indices, transposed_places};
 use crate::limits::MAX_LENGTH;
 use crate::{NetworkError, Op};
 
@@ -94,194 +94,16 @@ impl Import<'_> {
         name: &str,
         dims: &[usize],
     ) -> Result<Vec<Vec<usize>>, NetworkError> {
-        let option = |id: usize| operator.options.map_or(Ok(0), |options| options.int(id, 0));
-        let axis_of = |axis: i64| {
-            let axis = if axis < 0 {
-                axis + dims.len() as i64
-            } else {
-                axis
-            };
-            usize::try_from(axis)
-                .ok()
-                .filter(|&axis| axis < dims.len())
-                .ok_or_else(|| NetworkError::malformed(name, format!("axis {axis} of {dims:?}")))
-        };
-        let wrong = || NetworkError::malformed(name, format!("its indices do not fit {dims:?}"));
-        let index_of = |index: i64, length: usize| {
-            let index = if index < 0 {
-                index + length as i64
-            } else {
-                index
-            };
-            usize::try_from(index)
-                .ok()
-                .filter(|&index| index < length)
-                .ok_or_else(wrong)
-        };
+        let option = |id: usize| option(operator, id);
         Ok(match operator.code {
-            36 => {
-                let axis = axis_of(option(0)?.into())?;
-                if option(1)? != 0 {
-                    return Err(NetworkError::unsupported(
-                        name,
-                        "GATHER in batches",
-                        "use batch_dims = 0",
-                    ));
-                }
-                let indices = self.integers(operator, 1, name)?;
-                let indices = indices.iter().map(|&index| index_of(index, dims[axis]));
-                vec![places_along(
-                    dims,
-                    axis,
-                    &indices.collect::<Result<Vec<_>, _>>()?,
-                )]
-            }
-            39 => {
-                let order = self.integers(operator, 1, name)?;
-                let order: Vec<usize> = order
-                    .iter()
-                    .map(|&axis| axis_of(axis))
-                    .collect::<Result<_, _>>()?;
-                let mut sorted = order.clone();
-                sorted.sort_unstable();
-                if sorted != (0..dims.len()).collect::<Vec<_>>() {
-                    return Err(wrong());
-                }
-                let stride = |axis: usize| dims[axis + 1..].iter().product::<usize>();
-                let mut places = vec![0];
-                for axis in order {
-                    places = places
-                        .iter()
-                        .flat_map(|&place| (0..dims[axis]).map(move |i| (place, i)))
-                        .map(|(place, i)| place + i * stride(axis))
-                        .collect();
-                }
-                vec![places]
-            }
-            45 => {
-                let lists = [1, 2, 3].map(|input| self.integers(operator, input, name));
-                let [starts, ends, steps] = lists;
-                let (starts, ends, steps) = (starts?, ends?, steps?);
-                if option(2)? != 0 || option(3)? != 0 || starts.len() > dims.len() {
-                    return Err(NetworkError::unsupported(
-                        name,
-                        "a slice with an ellipsis or a new axis",
-                        "write the slice out for every axis",
-                    ));
-                }
-                let (from_start, to_end, single) = (option(0)?, option(1)?, option(4)?);
-                let mut lists = Vec::new();
-                for axis in 0..starts.len() {
-                    let has = |mask: i32| mask >> axis & 1 == 1;
-                    let step = steps.get(axis).copied().unwrap_or(1);
-                    if has(single) {
-                        lists.push(vec![index_of(starts[axis], dims[axis])?]);
-                        continue;
-                    }
-                    let open = if step > 0 {
-                        [0, i64::MAX]
-                    } else {
-                        [i64::MAX, i64::MIN]
-                    };
-                    let start = if has(from_start) {
-                        open[0]
-                    } else {
-                        starts[axis]
-                    };
-                    let end = if has(to_end) {
-                        open[1]
-                    } else {
-                        ends.get(axis).copied().unwrap_or(0)
-                    };
-                    lists.push(slice_indices(dims[axis], start, end, step));
-                }
-                vec![along_all(dims, &lists)]
-            }
-            65 => {
-                let (starts, sizes) = (
-                    self.integers(operator, 1, name)?,
-                    self.integers(operator, 2, name)?,
-                );
-                if starts.len() != dims.len() || sizes.len() != dims.len() {
-                    return Err(wrong());
-                }
-                let mut lists = Vec::new();
-                for axis in 0..dims.len() {
-                    let start = index_of(starts[axis], dims[axis])?;
-                    let size = usize::try_from(sizes[axis]).unwrap_or(dims[axis] - start);
-                    if start.saturating_add(size) > dims[axis] {
-                        return Err(wrong());
-                    }
-                    lists.push((start..start + size).collect());
-                }
-                vec![along_all(dims, &lists)]
-            }
-            49 | 102 => {
-                let axis =
-                    self.integers(operator, if operator.code == 49 { 0 } else { 2 }, name)?;
-                let axis = axis_of(axis[0])?;
-                let count = operator.outputs.len().max(1);
-                let sizes = if operator.code == 49 {
-                    vec![(dims[axis] / count) as i64; count]
-                } else {
-                    self.integers(operator, 1, name)?
-                };
-                let known: i64 = sizes.iter().filter(|&&n| n > 0).sum();
-                let mut start = 0;
-                let mut found = Vec::new();
-                for size in sizes {
-                    let size = if size < 0 {
-                        dims[axis] as i64 - known
-                    } else {
-                        size
-                    };
-                    let size = usize::try_from(size).map_err(|_| wrong())?;
-                    if start + size > dims[axis] {
-                        return Err(wrong());
-                    }
-                    found.push(places_along(
-                        dims,
-                        axis,
-                        &(start..start + size).collect::<Vec<_>>(),
-                    ));
-                    start += size;
-                }
-                if start != dims[axis] {
-                    return Err(wrong());
-                }
-                found
-            }
-            69 | 130 => {
-                let list = self.integers(operator, 1, name)?;
-                let tile = operator.code == 69;
-                let lead = if tile {
-                    0
-                } else {
-                    list.len().saturating_sub(dims.len())
-                };
-                if list.len() != dims.len() + lead {
-                    return Err(wrong());
-                }
-                let own = [vec![1; lead], dims.to_vec()].concat();
-                let mut lists: Vec<Vec<usize>> = Vec::new();
-                let mut count = 1_usize;
-                for (&length, &n) in own.iter().zip(&list) {
-                    let n = usize::try_from(n).map_err(|_| wrong())?;
-                    if !tile && length != 1 && length != n || n > MAX_LENGTH {
-                        return Err(wrong());
-                    }
-                    let all = if tile { length.saturating_mul(n) } else { n };
-                    count = count.saturating_mul(all);
-                    if count > MAX_LENGTH {
-                        let message = format!("{dims:?} repeated by {list:?}");
-                        return Err(NetworkError::too_large(name, message));
-                    }
-                    lists.push((0..all).map(|i| i % length).collect());
-                }
-                vec![along_all(&own, &lists)]
-            }
+            36 => vec![self.gather(operator, name, dims)?],
+            39 => vec![self.transpose(operator, name, dims)?],
+            45 => vec![self.strided_slice(operator, name, dims)?],
+            65 => vec![self.slice(operator, name, dims)?],
+            49 | 102 => self.split(operator, name, dims)?,
+            69 | 130 => vec![self.repeat(operator, name, dims)?],
             88 => {
-                let axis = axis_of(option(1)?.into())?;
+                let axis = axis_in(name, dims, option(1)?.into())?;
                 (0..dims[axis])
                     .map(|index| places_along(dims, axis, &[index]))
                     .collect()
@@ -290,11 +112,205 @@ impl Import<'_> {
                 let axes = self.integers(operator, 1, name)?;
                 let mut lists: Vec<Vec<usize>> = dims.iter().map(|&n| (0..n).collect()).collect();
                 for axis in axes {
-                    lists[axis_of(axis)?].reverse();
+                    lists[axis_in(name, dims, axis)?].reverse();
                 }
                 vec![along_all(dims, &lists)]
             }
         })
+    }
+
+    /// Places of the values at constant indices along one axis (GATHER).
+    fn gather(
+        &self,
+        operator: &Operator<'_>,
+        name: &str,
+        dims: &[usize],
+    ) -> Result<Vec<usize>, NetworkError> {
+        let axis = axis_in(name, dims, option(operator, 0)?.into())?;
+        if option(operator, 1)? != 0 {
+            return Err(NetworkError::unsupported(
+                name,
+                "GATHER in batches",
+                "use batch_dims = 0",
+            ));
+        }
+        let indices = self.integers(operator, 1, name)?;
+        let indices = indices
+            .iter()
+            .map(|&index| index_in(name, dims, axis, index))
+            .collect::<Result<Vec<_>, _>>()?;
+        Ok(places_along(dims, axis, &indices))
+    }
+
+    /// Places of the values with the axes in another order (TRANSPOSE).
+    fn transpose(
+        &self,
+        operator: &Operator<'_>,
+        name: &str,
+        dims: &[usize],
+    ) -> Result<Vec<usize>, NetworkError> {
+        let order = self.integers(operator, 1, name)?;
+        let order: Vec<usize> = order
+            .iter()
+            .map(|&axis| axis_in(name, dims, axis))
+            .collect::<Result<_, _>>()?;
+        let mut sorted = order.clone();
+        sorted.sort_unstable();
+        if sorted != (0..dims.len()).collect::<Vec<_>>() {
+            return Err(misfit(name, dims));
+        }
+        Ok(transposed_places(dims, &order))
+    }
+
+    /// Places of a range with a step along each axis (STRIDED_SLICE). Bits of its masks open a
+    /// bound or take a single index.
+    fn strided_slice(
+        &self,
+        operator: &Operator<'_>,
+        name: &str,
+        dims: &[usize],
+    ) -> Result<Vec<usize>, NetworkError> {
+        let lists = [1, 2, 3].map(|input| self.integers(operator, input, name));
+        let [starts, ends, steps] = lists;
+        let (starts, ends, steps) = (starts?, ends?, steps?);
+        let mask = |id: usize| option(operator, id);
+        if mask(2)? != 0 || mask(3)? != 0 || starts.len() > dims.len() {
+            return Err(NetworkError::unsupported(
+                name,
+                "a slice with an ellipsis or a new axis",
+                "write the slice out for every axis",
+            ));
+        }
+        let (from_start, to_end, single) = (mask(0)?, mask(1)?, mask(4)?);
+        let mut lists = Vec::new();
+        for axis in 0..starts.len() {
+            let has = |mask: i32| mask >> axis & 1 == 1;
+            let step = steps.get(axis).copied().unwrap_or(1);
+            if has(single) {
+                lists.push(vec![index_in(name, dims, axis, starts[axis])?]);
+                continue;
+            }
+            let open = if step > 0 {
+                [0, i64::MAX]
+            } else {
+                [i64::MAX, i64::MIN]
+            };
+            let start = if has(from_start) {
+                open[0]
+            } else {
+                starts[axis]
+            };
+            let end = if has(to_end) {
+                open[1]
+            } else {
+                ends.get(axis).copied().unwrap_or(0)
+            };
+            lists.push(slice_indices(dims[axis], start, end, step));
+        }
+        Ok(along_all(dims, &lists))
+    }
+
+    /// Places of a start and a size along each axis (SLICE); a negative size reaches to the end.
+    fn slice(
+        &self,
+        operator: &Operator<'_>,
+        name: &str,
+        dims: &[usize],
+    ) -> Result<Vec<usize>, NetworkError> {
+        let (starts, sizes) = (
+            self.integers(operator, 1, name)?,
+            self.integers(operator, 2, name)?,
+        );
+        if starts.len() != dims.len() || sizes.len() != dims.len() {
+            return Err(misfit(name, dims));
+        }
+        let mut lists = Vec::new();
+        for axis in 0..dims.len() {
+            let start = index_in(name, dims, axis, starts[axis])?;
+            let size = usize::try_from(sizes[axis]).unwrap_or(dims[axis] - start);
+            if start.saturating_add(size) > dims[axis] {
+                return Err(misfit(name, dims));
+            }
+            lists.push((start..start + size).collect());
+        }
+        Ok(along_all(dims, &lists))
+    }
+
+    /// For each output the places of its part of one axis (SPLIT, SPLIT_V).
+    fn split(
+        &self,
+        operator: &Operator<'_>,
+        name: &str,
+        dims: &[usize],
+    ) -> Result<Vec<Vec<usize>>, NetworkError> {
+        let axis = self.integers(operator, if operator.code == 49 { 0 } else { 2 }, name)?;
+        let axis = axis_in(name, dims, axis[0])?;
+        let count = operator.outputs.len().max(1);
+        let sizes = if operator.code == 49 {
+            vec![(dims[axis] / count) as i64; count]
+        } else {
+            self.integers(operator, 1, name)?
+        };
+        let known: i64 = sizes.iter().filter(|&&n| n > 0).sum();
+        let mut start = 0;
+        let mut found = Vec::new();
+        for size in sizes {
+            let size = if size < 0 {
+                dims[axis] as i64 - known
+            } else {
+                size
+            };
+            let size = usize::try_from(size).map_err(|_| misfit(name, dims))?;
+            if start + size > dims[axis] {
+                return Err(misfit(name, dims));
+            }
+            found.push(places_along(
+                dims,
+                axis,
+                &(start..start + size).collect::<Vec<_>>(),
+            ));
+            start += size;
+        }
+        if start != dims[axis] {
+            return Err(misfit(name, dims));
+        }
+        Ok(found)
+    }
+
+    /// Places of values repeated along each axis (TILE), or broadcast to a shape (BROADCAST_TO).
+    fn repeat(
+        &self,
+        operator: &Operator<'_>,
+        name: &str,
+        dims: &[usize],
+    ) -> Result<Vec<usize>, NetworkError> {
+        let list = self.integers(operator, 1, name)?;
+        let tile = operator.code == 69;
+        let lead = if tile {
+            0
+        } else {
+            list.len().saturating_sub(dims.len())
+        };
+        if list.len() != dims.len() + lead {
+            return Err(misfit(name, dims));
+        }
+        let own = [vec![1; lead], dims.to_vec()].concat();
+        let mut lists: Vec<Vec<usize>> = Vec::new();
+        let mut count = 1_usize;
+        for (&length, &n) in own.iter().zip(&list) {
+            let n = usize::try_from(n).map_err(|_| misfit(name, dims))?;
+            if !tile && length != 1 && length != n || n > MAX_LENGTH {
+                return Err(misfit(name, dims));
+            }
+            let all = if tile { length.saturating_mul(n) } else { n };
+            count = count.saturating_mul(all);
+            if count > MAX_LENGTH {
+                let message = format!("{dims:?} repeated by {list:?}");
+                return Err(NetworkError::too_large(name, message));
+            }
+            lists.push((0..all).map(|i| i % length).collect());
+        }
+        Ok(along_all(&own, &lists))
     }
 
     /// Values on top of each other along a new axis.
@@ -379,4 +395,39 @@ fn along_all(dims: &[usize], lists: &[Vec<usize>]) -> Vec<usize> {
             .collect();
     }
     places
+}
+
+/// An integer among an operator's options; 0 where it has none.
+fn option(operator: &Operator<'_>, id: usize) -> Result<i32, NetworkError> {
+    operator.options.map_or(Ok(0), |options| options.int(id, 0))
+}
+
+fn misfit(name: &str, dims: &[usize]) -> NetworkError {
+    NetworkError::malformed(name, format!("its indices do not fit {dims:?}"))
+}
+
+/// An axis of `dims`; a negative one counts from the last.
+fn axis_in(name: &str, dims: &[usize], axis: i64) -> Result<usize, NetworkError> {
+    from_either_end(axis, dims.len()).ok_or_else(|| {
+        let axis = if axis < 0 {
+            axis + dims.len() as i64
+        } else {
+            axis
+        };
+        NetworkError::malformed(name, format!("axis {axis} of {dims:?}"))
+    })
+}
+
+/// An index along one axis of `dims`; a negative one counts from the last.
+fn index_in(name: &str, dims: &[usize], axis: usize, index: i64) -> Result<usize, NetworkError> {
+    from_either_end(index, dims[axis]).ok_or_else(|| misfit(name, dims))
+}
+
+fn from_either_end(index: i64, length: usize) -> Option<usize> {
+    let index = if index < 0 {
+        index + length as i64
+    } else {
+        index
+    };
+    usize::try_from(index).ok().filter(|&index| index < length)
 }
