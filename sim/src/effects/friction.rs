@@ -1,6 +1,6 @@
-//! Dry friction: it opposes sliding and holds what rests (docs/explanation/plant.md, eq. 6 to 9b).
+//! Dry friction: it opposes sliding and holds what rests (docs/explanation/plant.md, eq. 6 to 9c).
 //!
-//! Each law but the last is written for a body that slides one way, with `direction` standing for
+//! Each law but presliding friction is written for a body that slides one way, with `direction` standing for
 //! sign(v). The integrator switches the direction at the instant of reversal and holds a resting
 //! body exactly while the other forces stay within [`Effect::hold`]. Nothing is smoothed.
 
@@ -38,6 +38,7 @@ impl Effect for Coulomb {
             "direction_dependent_friction",
             "load_dependent_friction",
             "presliding_friction",
+            "warm_up_friction",
             "hysteresis",
             "viscous_damping",
         ],
@@ -317,4 +318,68 @@ impl Effect for Presliding {
 #[inline]
 pub(crate) fn presliding_rate<S: Scalar>(p: &[S], w: S, v: S, direction: f64) -> S {
     v * (S::constant(1.0) - w * direction) / p[1]
+}
+
+/// `F = -level exp(-theta) sign(v)`, holding up to `level exp(-theta)`, with
+/// `theta' = (|v| / velocity - theta) / time_constant`, `theta(0) = 0` (eq. 9c).
+pub(super) struct WarmUp;
+
+impl Effect for WarmUp {
+    const REFINES: bool = true;
+
+    const DESCRIPTION: Description = Description {
+        kind: "warm_up_friction",
+        law: "F = -level exp(-theta) sign(v), theta' = (|v|/velocity - theta) / time_constant",
+        equation: "9c",
+        parameters: &[
+            strength("level", Quantity::Force, Sign::NonNegative),
+            parameter("velocity", Quantity::Velocity, Sign::Positive),
+            ParameterSpec {
+                // Sooner, it is a friction that falls with the speed.
+                range: SearchRange::AtLeast(0.1),
+                ..parameter("time_constant", Quantity::Time, Sign::Positive)
+            },
+        ],
+        confusable: &["coulomb_friction", "stribeck_friction"],
+        excited_by: "long motion from a cold start, without rests and then with rests",
+        sentence: "Friction at {component} of {level} when cold, which falls as it warms within \
+                   {time_constant}, is missing from the model.",
+        ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "Grease or seals that warm as they slide: the level falls as the viscosity does, \
+                exponentially with the temperature. Every recording begins cold.",
+        parameters: &[
+            ("level", "dry friction when cold"),
+            (
+                "velocity",
+                "mean sliding speed at which the warm friction is 1/e of the cold one",
+            ),
+            (
+                "time_constant",
+                "time in which the temperature comes within 1/e of its end",
+            ),
+        ],
+        next: "Record several minutes of the same motion from a cold start. Where a temperature is \
+               measured, give its column to the rig: friction may follow it.",
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        [20.0, 100.0]
+            .map(|times| {
+                vec![
+                    0.4 * scales.force,
+                    2.0 * scales.velocity,
+                    times * scales.time,
+                ]
+            })
+            .to_vec()
+    }
+}
+
+/// Rate of theta (eq. 9c); `direction` stands for sign(v).
+#[inline]
+pub(crate) fn warming_rate<S: Scalar>(p: &[S], theta: S, v: S, direction: f64) -> S {
+    (v * direction / p[1] - theta) / p[2]
 }

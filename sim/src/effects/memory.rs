@@ -45,7 +45,12 @@ impl Effect for Hysteresis {
                 ..parameter("exponent", Quantity::Ratio, Sign::Positive)
             },
         ],
-        confusable: &["coulomb_friction", "viscoelastic_creep", "backlash"],
+        confusable: &[
+            "coulomb_friction",
+            "viscoelastic_creep",
+            "backlash",
+            "plastic_set",
+        ],
         excited_by: "loops of several amplitudes, slow and fast",
         sentence: "The spring {component} has hysteresis (Bouc-Wen, {alpha}, beta {beta}, gamma \
                    {gamma}, exponent {exponent}) that the model does not have.",
@@ -161,4 +166,55 @@ impl Effect for Creep {
 #[inline]
 pub(crate) fn creep_rate<S: Scalar>(p: &[S], force: S, v: S) -> S {
     p[0] * v - force / p[1]
+}
+
+/// A branch in parallel that yields: `F = -stiffness z`, `z' = v` within `|z| < yield_extension`
+/// and 0 while it yields, `z(0) = 0` (eq. 15c).
+pub(super) struct PlasticSet;
+
+impl Effect for PlasticSet {
+    const REFINES: bool = true;
+
+    const DESCRIPTION: Description = Description {
+        kind: "plastic_set",
+        law: "F = -stiffness z, z' = v, 0 while |z| = yield_extension and rising",
+        equation: "15c",
+        parameters: &[
+            strength("stiffness", Quantity::Stiffness, Sign::NonNegative),
+            ParameterSpec {
+                range: SearchRange::AtLeast(0.02),
+                ..parameter("yield_extension", Quantity::Coordinate, Sign::Positive)
+            },
+        ],
+        confusable: &["hysteresis", "coulomb_friction", "presliding_friction"],
+        excited_by: "slow loads and unloads, the largest well beyond the yield",
+        sentence: "The spring {component} takes a set: a branch of {stiffness} that yields at \
+                   {yield_extension} is missing from the model.",
+        ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "A polymer, wire or clamped end that yields (a Jenkin element). Beyond some \
+                extension it stays longer than it was, and comes back along the first slope.",
+        parameters: &[
+            (
+                "stiffness",
+                "stiffness of the branch before it yields, which adds to the spring's",
+            ),
+            (
+                "yield_extension",
+                "extension of the branch at which it yields; stiffness times it is its largest \
+                 force",
+            ),
+        ],
+        next: "Load and unload slowly with rising peaks. A set has straight slopes with corners; \
+               hysteresis (Bouc-Wen) rounds them, and creep gives the set back with time.",
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        let stiffness = 0.5 * scales.force / scales.position;
+        [0.5, 0.15]
+            .map(|part| vec![stiffness, part * scales.position])
+            .to_vec()
+    }
 }

@@ -28,7 +28,7 @@ pub use description::{
     Description, Energy, Explanation, Family, ParameterSpec, Port, Role, Scales, SearchRange, Sign,
 };
 use description::{parameter, place, strength};
-pub(crate) use friction::presliding_rate;
+pub(crate) use friction::{presliding_rate, warming_rate};
 pub(crate) use gap::{dead_band, press};
 pub use learned::learned_force;
 pub(crate) use memory::{creep_rate, hysteresis_rate};
@@ -270,6 +270,7 @@ effects! {
     DirectionDependent = friction::DirectionDependent,
     LoadDependent = friction::LoadDependent,
     Presliding = friction::Presliding,
+    WarmUp = friction::WarmUp,
     Viscous = damping::Viscous,
     QuadraticDrag = damping::QuadraticDrag,
     Cubic = stiffness::Cubic,
@@ -279,6 +280,7 @@ effects! {
     TendonSlack = gap::TendonSlack,
     Hysteresis = memory::Hysteresis,
     Creep = memory::Creep,
+    PlasticSet = memory::PlasticSet,
     Gravity = load::Gravity,
     Constant = load::Constant,
     PositionRipple = load::PositionRipple,
@@ -337,10 +339,10 @@ mod tests {
     #[test]
     fn the_vocabulary_is_complete_and_has_no_name_twice() {
         let mut names: Vec<&str> = Kind::ALL.iter().map(|k| k.description().kind).collect();
-        assert_eq!(names.len(), 26);
+        assert_eq!(names.len(), 28);
         names.sort_unstable();
         names.dedup();
-        assert_eq!(names.len(), 26);
+        assert_eq!(names.len(), 28);
     }
 
     #[test]
@@ -443,9 +445,11 @@ mod tests {
             [
                 "stribeck_friction.velocity",
                 "presliding_friction.distance",
+                "warm_up_friction.time_constant",
                 "hysteresis.beta",
                 "hysteresis.gamma",
                 "hysteresis.exponent",
+                "plastic_set.yield_extension",
                 "position_ripple.wave_number",
             ]
         );
@@ -493,7 +497,7 @@ mod tests {
             let description = kind.description();
             forces.contains(&description.family)
                 && description.ports != [Port::Pair]
-                && ![Kind::LoadDependent, Kind::Presliding].contains(kind)
+                && ![Kind::LoadDependent, Kind::Presliding, Kind::WarmUp].contains(kind)
         };
         for &kind in Kind::ALL.iter().filter(at_a_port) {
             let description = kind.description();

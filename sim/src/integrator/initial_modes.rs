@@ -62,7 +62,7 @@ impl<S: Scalar> Substep<S> {
                 continue;
             }
             let values = &self.dynamics.values;
-            let hold = friction.hold(values, &self.first.load, &self.modes.branches);
+            let hold = friction.hold(values, &self.state, &self.first.load, &self.modes.branches);
             let mode = decide(self.first.force[body].value(), hold.map(S::value));
             if mode == Mode::Stick {
                 // A body that is held rests whatever its parameters: not even its derivatives move.

@@ -108,6 +108,7 @@ pub(super) fn bound(
                     slopes.stiffness += 2.0 * p[0].abs();
                     internal += velocity.abs() * p[3].abs() * hardening * size;
                 }
+                Memory::Plastic { slot, .. } => slopes.stiffness += values[slot].abs(),
                 Memory::Creep { slot, .. } => {
                     slopes.stiffness += values[slot].abs();
                     internal += 1.0 / values[slot + 1].abs();
@@ -156,6 +157,17 @@ pub(super) fn bound(
         rows.add(&[(friction.body, 1.0)], slopes);
         internal += (state.v[friction.body] / distance).abs();
     }
+    for friction in &topology.frictions {
+        for warming in &friction.warming {
+            let [level, velocity, time] = [0, 1, 2].map(|at| values[warming.slot + at].abs());
+            let slopes = Slopes {
+                stiffness: level / (velocity * time),
+                damping: 0.0,
+            };
+            rows.add(&[(friction.body(), 1.0)], slopes);
+            internal += 1.0 / time;
+        }
+    }
     for (index, tendon) in topology.tendons.iter().enumerate() {
         let arms = tendon.path.iter().map(|&(body, arm)| (body, values[arm]));
         let factor = followed(Followed::Tension(index));
@@ -196,7 +208,7 @@ pub(super) fn bound(
         for friction in &topology.frictions {
             let load = vec![0.0; topology.follows];
             let branches = vec![1; topology.switches.len()];
-            let [forward, backward] = friction.hold(values, &load, &branches);
+            let [forward, backward] = friction.hold(values, state, &load, &branches);
             let level = forward.abs().max(backward.abs());
             let path = (friction.path.iter())
                 .map(|&(body, arm)| (body, crate::plant::topology::Friction::arm(values, arm)));

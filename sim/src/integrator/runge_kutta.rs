@@ -114,7 +114,7 @@ impl<S: Scalar> Dynamics<S> {
                     Mode::Stick => {
                         held[index] = Held {
                             force: force[body],
-                            hold: friction.hold(at.values, load, at.branches),
+                            hold: friction.hold(at.values, at.state, load, at.branches),
                         };
                         force[body] = S::ZERO;
                     }

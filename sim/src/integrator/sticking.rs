@@ -48,7 +48,7 @@ pub(super) fn accelerate<S: Scalar>(
         let friction = &topology.frictions[index];
         held[index] = Held {
             force: force_to_hold,
-            hold: friction.hold(at.values, load, at.branches),
+            hold: friction.hold(at.values, at.state, load, at.branches),
         };
         for &(body, arm) in &friction.path {
             force[body] -= Friction::arm(at.values, arm) * force_to_hold;

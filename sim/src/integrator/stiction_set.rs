@@ -63,7 +63,8 @@ pub(super) fn choose(
         .map(|(force, inverse)| force * inverse)
         .collect();
     let wanted = sticking::along(topology, at.values, resting, &accelerations);
-    let hold = |&index: &usize| topology.frictions[index].hold(at.values, load, at.branches);
+    let hold =
+        |&index: &usize| topology.frictions[index].hold(at.values, at.state, load, at.branches);
     let holds: Vec<[f64; 2]> = resting.iter().map(hold).collect();
     let borne = least_constraint::reactions(dynamics, topology, resting, &wanted, &holds);
     for (&index, borne) in resting.iter().zip(borne) {

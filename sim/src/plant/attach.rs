@@ -3,7 +3,7 @@
 use super::slots::{Slots, input_unit, reading_unit};
 use super::topology::{
     BodySlots, Damper, Follow, Followed, Friction, Gap, Law, Load, Memory, Presliding, Spring,
-    Stop, Switch, Topology,
+    Stop, Switch, Topology, Warming,
 };
 use crate::effects::{Family, Kind};
 use crate::rig::{Drives, EffectTable, Rig, Site};
@@ -105,6 +105,7 @@ fn friction_at(rig: &Rig, body: usize, topology: &mut Topology) -> usize {
             motion: rig.bodies[body].motion,
             laws: Vec::new(),
             follows: Vec::new(),
+            warming: Vec::new(),
             passive: false,
         });
         topology.frictions.len() - 1
@@ -158,6 +159,17 @@ fn at_body(rig: &Rig, kind: Kind, body: usize, slot: usize, topology: &mut Topol
             topology.rates_vary = true;
             topology.presliding.push(Presliding {
                 body,
+                slot,
+                state,
+                direction,
+            });
+        }
+        Kind::WarmUp => {
+            let name = &rig.bodies[body].name;
+            let state = internal(topology, format!("{name}.warm_up_friction.theta"));
+            let direction = switch(topology, Switch::Velocity(body));
+            let friction = friction_at(rig, body, topology);
+            topology.frictions[friction].warming.push(Warming {
                 slot,
                 state,
                 direction,
@@ -236,6 +248,22 @@ fn at_spring(rig: &Rig, kind: Kind, spring: usize, slot: usize, topology: &mut T
             let creep = Memory::Creep { slot, state };
             topology.springs[spring].memory.push(creep);
         }
+        Kind::PlasticSet => {
+            let state = internal(topology, format!("{name}.plastic_set.z"));
+            let switch = switch(
+                topology,
+                Switch::Yield {
+                    spring,
+                    slot,
+                    state,
+                },
+            );
+            topology.springs[spring].memory.push(Memory::Plastic {
+                slot,
+                state,
+                switch,
+            });
+        }
         _ => {
             topology.rates_vary |=
                 kind.description().family == Family::Stiffness || matches!(kind, Kind::Added(_));
@@ -260,6 +288,7 @@ fn at_tendon(rig: &Rig, kind: Kind, index: usize, slot: usize, topology: &mut To
                         motion: Motion::Slide,
                         laws: Vec::new(),
                         follows: Vec::new(),
+                        warming: Vec::new(),
                         passive: false,
                     });
                     (topology.frictions.len() - 1, None)

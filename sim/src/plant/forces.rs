@@ -5,7 +5,9 @@ use super::input_signal::InputSignal;
 use super::motion::Motion;
 use super::shapes::Seen;
 use super::topology::{Followed, Friction, Memory, Spring, Tendon, Topology};
-use crate::effects::{At, creep_rate, curve, dead_band, hysteresis_rate, presliding_rate, press};
+use crate::effects::{
+    At, creep_rate, curve, dead_band, hysteresis_rate, presliding_rate, press, warming_rate,
+};
 use crate::rig::Reads;
 use crate::scalar::Scalar;
 
@@ -144,6 +146,15 @@ impl Spring {
                     let z = at.state.z[state];
                     pull -= z;
                     rate[state] = creep_rate(&values[slot..], z, speed);
+                }
+                Memory::Plastic {
+                    slot,
+                    state,
+                    switch,
+                } => {
+                    pull -= values[slot] * at.state.z[state];
+                    let yields = at.branches[switch] != 0;
+                    rate[state] = if yields { S::ZERO } else { speed };
                 }
             }
         }
@@ -310,6 +321,17 @@ impl Topology {
             force[body] -= p[0] * share;
             rate[friction.state] = presliding_rate(p, share, at.state.v[body], direction);
         }
+        for friction in &self.frictions {
+            for warming in &friction.warming {
+                let direction = f64::from(at.branches[warming.direction]);
+                rate[warming.state] = warming_rate(
+                    &values[warming.slot..],
+                    at.state.z[warming.state],
+                    at.state.v[friction.body()],
+                    direction,
+                );
+            }
+        }
         for motor in &self.motors {
             force[motor.body] += self.through(motor.line, at);
         }
@@ -444,6 +466,16 @@ impl Friction {
         level
     }
 
+    /// Level of the friction that has warmed (eq. 9c).
+    #[inline]
+    fn warmed<S: Scalar>(&self, values: &[S], state: &State<S>) -> S {
+        let mut level = S::ZERO;
+        for warming in &self.warming {
+            level += values[warming.slot] * (-state.z[warming.state]).exp();
+        }
+        level
+    }
+
     /// Friction along its path while it slides in `direction` (+1 or -1).
     #[inline]
     pub(crate) fn force<S: Scalar>(&self, at: &Point<S>, load: &[S], direction: f64) -> S {
@@ -462,6 +494,9 @@ impl Friction {
         if !self.follows.is_empty() {
             force -= self.following(at.values, load, at.branches) * direction;
         }
+        if !self.warming.is_empty() {
+            force -= self.warmed(at.values, at.state) * direction;
+        }
         force
     }
 
@@ -477,7 +512,13 @@ impl Friction {
 
     /// Hold at rest: the largest opposed force in the directions (+, -).
     #[inline]
-    pub(crate) fn hold<S: Scalar>(&self, values: &[S], load: &[S], branches: &[i8]) -> [S; 2] {
+    pub(crate) fn hold<S: Scalar>(
+        &self,
+        values: &[S],
+        state: &State<S>,
+        load: &[S],
+        branches: &[i8],
+    ) -> [S; 2] {
         let mut hold = [S::ZERO; 2];
         for law in &self.laws {
             let [forward, backward] = law.kind.hold(&values[law.slot..]);
@@ -486,6 +527,11 @@ impl Friction {
         }
         if !self.follows.is_empty() {
             let level = self.following(values, load, branches);
+            hold[0] += level;
+            hold[1] += level;
+        }
+        if !self.warming.is_empty() {
+            let level = self.warmed(values, state);
             hold[0] += level;
             hold[1] += level;
         }

@@ -319,7 +319,12 @@ impl Plant {
             + dampers.sum::<usize>()
             + topology.motors.len()
             + 2 * (topology.loads.len() + topology.stops.len() + topology.frictions.len())
-            + 3 * topology.presliding.len();
+            + 3 * topology.presliding.len()
+            + 3 * topology
+                .frictions
+                .iter()
+                .map(|f| f.warming.len())
+                .sum::<usize>();
         springs + tendons + others + 20 * topology.hasels.len()
     }
 

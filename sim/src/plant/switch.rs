@@ -40,6 +40,13 @@ impl Topology {
             Switch::Velocity(body) => one_sided(at.state.v[body]),
             Switch::SpringRate(spring) => one_sided(self.springs[spring].speed(at.state)),
             Switch::Internal(state) => one_sided(at.state.z[state]),
+            switch @ Switch::Yield { spring, .. } => match branch {
+                0 => {
+                    let (z, width) = self.band(switch, at);
+                    banded(z, width)
+                }
+                _ => one_sided(self.springs[spring].speed(at.state)),
+            },
             Switch::Load(friction, follow) => {
                 one_sided(load[self.frictions[friction].follows[follow].index])
             }
@@ -71,6 +78,9 @@ impl Topology {
             Switch::LoopLimit(line) => {
                 let half = width(servo(line).and_then(|servo| servo.limit));
                 (self.free_loop(line, at), half * 2.0)
+            }
+            Switch::Yield { slot, state, .. } => {
+                (at.state.z[state], not_below_zero(at.values[slot + 1]) * 2.0)
             }
             _ => (S::ZERO, S::ZERO),
         }
@@ -115,6 +125,16 @@ impl Topology {
             Switch::Velocity(body) => sign(at.state.v[body]),
             Switch::SpringRate(spring) => sign(self.springs[spring].speed(at.state)),
             Switch::Internal(state) => sign(at.state.z[state]),
+            switch @ Switch::Yield { spring, .. } => {
+                let (z, width) = self.band(switch, at);
+                let side = sign(z);
+                let outward = self.springs[spring].speed(at.state).value() * f64::from(side) > 0.0;
+                if outward && z.value().abs() >= 0.5 * width.value() {
+                    side
+                } else {
+                    0
+                }
+            }
             Switch::Load(friction, follow) => {
                 sign(load[self.frictions[friction].follows[follow].index])
             }
@@ -154,6 +174,10 @@ impl Topology {
                     _ => 1,
                 }
             }
+            switch @ Switch::Yield { .. } => match branch {
+                0 => side(self.band(switch, at).0),
+                _ => 0,
+            },
             Switch::Velocity(_)
             | Switch::SpringRate(_)
             | Switch::Internal(_)

@@ -129,6 +129,12 @@ pub(crate) enum Memory {
     },
     /// A Maxwell branch.
     Creep { slot: usize, state: usize },
+    /// A branch that yields; the switch says whether it does, and which way.
+    Plastic {
+        slot: usize,
+        state: usize,
+        switch: usize,
+    },
 }
 
 /// An effect and the slot of its first parameter.
@@ -238,6 +244,8 @@ pub(crate) struct Friction {
     pub(crate) motion: Motion,
     pub(crate) laws: Vec<Law>,
     pub(crate) follows: Vec<Follow>,
+    /// Levels that fall as they warm.
+    pub(crate) warming: Vec<Warming>,
     /// It moves nothing: the motion of every body of its path is imposed.
     pub(crate) passive: bool,
 }
@@ -247,6 +255,16 @@ impl Friction {
     pub(crate) fn body(&self) -> usize {
         self.path[0].0
     }
+}
+
+/// Friction that warms; its parameters from `slot` on are level, velocity and time constant.
+#[derive(Debug)]
+pub(crate) struct Warming {
+    pub(crate) slot: usize,
+    /// Index of the internal state that is its temperature.
+    pub(crate) state: usize,
+    /// Sign of the velocity.
+    pub(crate) direction: usize,
 }
 
 /// Friction that follows a load.
@@ -324,6 +342,12 @@ pub(crate) enum Switch {
     SpringRate(usize),
     /// Internal state: its sign.
     Internal(usize),
+    /// Spring, and slot and internal state of its plastic branch: 0 elastic, 1 and -1 yielding.
+    Yield {
+        spring: usize,
+        slot: usize,
+        state: usize,
+    },
     /// Line: which side of the dead band of its position loop the error is.
     LoopBand(usize),
     /// Line: at which limit its position loop is.

@@ -14,14 +14,9 @@ use crate::scalar::Scalar;
 pub(super) enum Edge {
     /// A dry friction, about to give way to a force in the direction.
     Friction { index: usize, direction: f64 },
-    /// A Bouc-Wen spring, saturated after motion in the direction.
-    Hysteresis {
-        slot: usize,
-        state: usize,
-        direction: f64,
-    },
-    /// A friction that yields before it slips, with its whole level after motion in the direction.
-    Presliding { state: usize, direction: f64 },
+    /// The internal state of a hysteresis, of a plastic branch or of a friction that yields before
+    /// it slips, at its largest after motion in one direction.
+    Saturated { state: usize, value: f64 },
     /// The play of an actuator, at the end that the direction names.
     Play {
         line: usize,
@@ -94,16 +89,8 @@ impl<'a, S: Scalar> Balance<'a, S> {
             let capacitance = hasel.pull(&self.values, &self.state.q, S::ZERO).capacitance;
             self.state.z[hasel.charge] = voltage * capacitance;
         }
-        if let Some(Edge::Hysteresis {
-            slot,
-            state,
-            direction,
-        }) = self.edge
-        {
-            self.state.z[state] = S::constant(direction * saturation(&self.values[slot..]));
-        }
-        if let Some(Edge::Presliding { state, direction }) = self.edge {
-            self.state.z[state] = S::constant(direction);
+        if let Some(Edge::Saturated { state, value }) = self.edge {
+            self.state.z[state] = S::constant(value);
         }
         let at = Point {
             values: &self.values,
@@ -137,7 +124,8 @@ impl<'a, S: Scalar> Balance<'a, S> {
         self.topology.forces(&self.point(), &mut forces);
         if let Some(Edge::Friction { index, direction }) = self.edge {
             let friction = &self.topology.frictions[index];
-            let [forward, backward] = friction.hold(&self.values, &forces.load, &self.branches);
+            let [forward, backward] =
+                friction.hold(&self.values, &self.state, &forces.load, &self.branches);
             let held = if direction > 0.0 { forward } else { -backward };
             for &(body, arm) in &friction.path {
                 let along = Friction::arm(&self.values, arm) * held;
@@ -152,7 +140,7 @@ impl<'a, S: Scalar> Balance<'a, S> {
     pub(super) fn hold(&mut self, index: usize) -> [S; 2] {
         let mut forces = Forces::new(self.topology);
         self.topology.forces(&self.point(), &mut forces);
-        self.topology.frictions[index].hold(&self.values, &forces.load, &self.branches)
+        self.topology.frictions[index].hold(&self.values, &self.state, &forces.load, &self.branches)
     }
 
     /// Values of the parameters, with what depends on signals.

@@ -42,7 +42,8 @@ impl Plant {
         let mut intervals = Vec::new();
         for (index, friction) in topology.frictions.iter().enumerate() {
             let slot = (friction.laws.first().map(|law| law.slot))
-                .or(friction.follows.first().map(|follow| follow.coefficient));
+                .or(friction.follows.first().map(|follow| follow.coefficient))
+                .or(friction.warming.first().map(|warming| warming.slot));
             let Some(slot) = slot else { continue };
             let mut balance = Balance::new(topology, values, inputs, None);
             balance.forces(&problem.start);
@@ -54,14 +55,17 @@ impl Plant {
         }
         for spring in &topology.springs {
             for memory in &spring.memory {
-                let Memory::Hysteresis { slot, state, .. } = *memory else {
-                    continue;
+                let (slot, state, largest) = match *memory {
+                    Memory::Hysteresis { slot, state, .. } => {
+                        (slot, state, saturation(&values[slot..]))
+                    }
+                    Memory::Plastic { slot, state, .. } => (slot, state, values[slot + 1]),
+                    Memory::Creep { .. } => continue,
                 };
-                let most = values[slot] * saturation(&values[slot..]);
-                let edge = |direction| Edge::Hysteresis {
-                    slot,
+                let most = values[slot] * largest;
+                let edge = |direction: f64| Edge::Saturated {
                     state,
-                    direction,
+                    value: direction * largest,
                 };
                 if most.is_finite() && most > 0.0 {
                     intervals.push(problem.interval(slot, [most; 2], edge)?);
@@ -70,9 +74,9 @@ impl Plant {
         }
         for friction in &topology.presliding {
             let level = values[friction.slot];
-            let edge = |direction| Edge::Presliding {
+            let edge = |direction| Edge::Saturated {
                 state: friction.state,
-                direction,
+                value: direction,
             };
             if level > 0.0 {
                 intervals.push(problem.interval(friction.slot, [level; 2], edge)?);

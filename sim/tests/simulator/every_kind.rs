@@ -137,6 +137,12 @@ const CASES: &[Case] = &[
         &[("level", 0.5), ("distance", 0.2)],
         true,
     ),
+    (
+        "warm_up_friction",
+        "cart",
+        &[("level", 0.8), ("velocity", 0.3), ("time_constant", 0.7)],
+        true,
+    ),
     ("viscous_damping", "mass", &[("damping", 0.4)], false),
     ("viscous_damping", "coil", &[("damping", 0.4)], false),
     ("quadratic_drag", "cart", &[("coefficient", 1.5)], true),
@@ -193,6 +199,12 @@ const CASES: &[Case] = &[
             ("gamma", -20.0),
             ("exponent", 1.6),
         ],
+        true,
+    ),
+    (
+        "plastic_set",
+        "coil",
+        &[("stiffness", 30.0), ("yield_extension", 0.03)],
         true,
     ),
     (

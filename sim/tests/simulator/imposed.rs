@@ -174,6 +174,36 @@ fn presliding_friction_remembers_the_way_and_no_speed() {
     assert!(worst < 1e-4 * 2.5, "{worst:e}");
 }
 
+/// The friction of a rod that is moved back and forth falls with its temperature, exactly:
+/// theta' = (|v|/velocity - theta) / time_constant for v = a w sin(w t).
+#[test]
+fn the_effort_of_a_moved_rod_falls_as_its_friction_warms() {
+    let warming = effect(
+        "warm_up_friction",
+        "rod",
+        "level = 2.5\nvelocity = 0.2\ntime_constant = 0.6",
+    );
+    let rod = ROD.replace("inertia = 2.0", "inertia = 0.0");
+    let plant = plant(&format!("{rod}{CELL}{warming}"));
+    let t = times(701, 0.002);
+    let q: Vec<f64> = t.iter().map(|t| 0.05 - 0.05 * (2.0 * t).cos()).collect();
+    let run = run(&plant, &t, &q);
+    // Up to the reversal, |v| = 0.1 sin(2 t): the particular solution and the decay.
+    let (tau, omega) = (0.6f64, 2.0f64);
+    let amplitude = 0.1 / 0.2 / (1.0 + (tau * omega).powi(2));
+    let exact = |t: f64| {
+        let theta = amplitude
+            * ((omega * t).sin() - tau * omega * (omega * t).cos()
+                + tau * omega * (-t / tau).exp());
+        2.5 * (-theta).exp()
+    };
+    let worst = (5..t.len())
+        .map(|row| (run.signal(row, 0) - exact(t[row])).abs())
+        .fold(0.0, f64::max);
+    assert!(exact(t[700]) < 0.8 * 2.5, "it warms: {}", exact(t[700]));
+    assert!(worst < 1e-4 * 2.5, "{worst:e}");
+}
+
 /// A mass on a spring and damper whose base moves: the steady state is the transfer function, and
 /// the effort at the base is the force in the spring and damper.
 #[test]

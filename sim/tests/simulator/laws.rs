@@ -77,6 +77,60 @@ fn presliding_friction_stops_a_body_where_its_energy_is_gone_and_springs_before_
     assert!(error < 1e-3, "{error:e} of the amplitude");
 }
 
+/// A body that is drawn in at a constant rate yields after the way `yield_extension` and takes a
+/// set: the branch's force is that of an elastic, perfectly plastic body.
+#[test]
+fn a_branch_that_yields_keeps_its_largest_force() {
+    let law = effect(
+        "plastic_set",
+        "coil",
+        &[("stiffness", 30.0), ("yield_extension", 0.04)],
+    );
+    for (rate, exact) in [(0.01, 0.03), (0.2, 0.04), (-0.2, -0.04)] {
+        let z = drawn(rate, &law)[2];
+        assert!((z - exact).abs() < 1e-12, "{rate}: {z} {exact}");
+    }
+}
+
+/// A swinging mass yields until what is left of its energy fits the branch: with a spring k and a
+/// branch k1 that yields at e, drawn to x0 > e and let go with the branch unloaded at z = 0, it
+/// comes back elastically, yields at x0 - e and turns where the energy is gone:
+/// k (x0^2 - x^2) / 2 = k1 e^2 / 2 + k1 e (x0 - e - x).
+#[test]
+fn a_swinging_mass_turns_where_a_yielding_branch_has_taken_its_energy() {
+    let (branch, limit, from) = (25.0, 0.03, 0.2);
+    let law = effect(
+        "plastic_set",
+        "coil",
+        &[("stiffness", branch), ("yield_extension", limit)],
+    );
+    let plant = slide(from, 0.0, &format!("{SPRING}{law}"));
+    let stiffness = plant.values()[plant.slot("coil.stiffness").unwrap()];
+    let positions = run(&plant, &times(4001, 0.0005), &[]).column(0);
+    let turn = positions.into_iter().fold(f64::INFINITY, f64::min);
+    let given = 0.5 * stiffness * (from * from - turn * turn);
+    let taken = 0.5 * branch * limit * limit + branch * limit * (from - limit - turn);
+    println!("turns at {turn} m: {given} J given, {taken} J taken");
+    assert!(turn < from - 2.0 * limit, "it yields");
+    assert!((given - taken).abs() < 1e-6 * taken, "{given} {taken}");
+}
+
+/// A heavy body that slides at a constant speed warms as exp: theta = v / velocity (1 - exp(-t /
+/// time_constant)).
+#[test]
+fn friction_of_steady_sliding_falls_as_its_temperature_rises() {
+    let law = effect(
+        "warm_up_friction",
+        "mass",
+        &[("level", 3.0), ("velocity", 0.5), ("time_constant", 0.8)],
+    );
+    for rate in [0.2, -0.2] {
+        let theta = drawn(rate, &law)[2];
+        let exact = 0.4 * (1.0 - (-3.0f64 / 0.8).exp());
+        assert!((theta - exact).abs() < 1e-8 * exact, "{theta} {exact}");
+    }
+}
+
 const PUSH: &str = "[[actuator]]\nname = \"push\"\ndrives = \"mass\"\ninput = \"u_N\"\n\
                     gain = { value = 1.0 }\n";
 

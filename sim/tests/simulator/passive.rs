@@ -104,6 +104,23 @@ fn passive(which: u8, strength: f64, detail: f64) -> String {
             "a",
             &[("level", 4.0 * strength), ("distance", 0.2 * detail + 0.01)],
         ),
+        13 => more(
+            "plastic_set",
+            "coil",
+            &[
+                ("stiffness", 60.0 * strength),
+                ("yield_extension", 0.2 * detail + 0.01),
+            ],
+        ),
+        14 => more(
+            "warm_up_friction",
+            "b",
+            &[
+                ("level", 4.0 * strength),
+                ("velocity", 0.5),
+                ("time_constant", detail + 0.1),
+            ],
+        ),
         _ => more(
             "cubic_stiffness",
             "coil",
@@ -147,6 +164,7 @@ fn energy(plant: &Plant, state: &[f64]) -> f64 {
     }
     energy += 0.5 * tension * tension / 40.0;
     energy += 0.5 * get("coil.hysteresis.alpha") * at("coil.hysteresis.z").powi(2);
+    energy += 0.5 * get("coil.plastic_set.stiffness") * at("coil.plastic_set.z").powi(2);
     // A spring of the stiffness level over distance, whose extension is the share of the distance.
     energy += 0.5
         * get("a.presliding_friction.level")
@@ -164,8 +182,8 @@ proptest! {
 
     #[test]
     fn no_passive_effect_creates_energy(
-        first in (0..14u8, 0.0..1.0f64, 0.0..1.0f64),
-        second in (0..14u8, 0.0..1.0f64, 0.0..1.0f64),
+        first in (0..16u8, 0.0..1.0f64, 0.0..1.0f64),
+        second in (0..16u8, 0.0..1.0f64, 0.0..1.0f64),
         velocity in -2.0..2.0f64,
     ) {
         prop_assume!(first.0 != second.0);

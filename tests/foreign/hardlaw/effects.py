@@ -39,6 +39,8 @@ KINDS = {  # kind: (family, where it can sit)
 # Kinds of the vocabulary that came after the published tables: no round draws them, so that every case of an old seed stays what it was.
 LATER = {
     "presliding_friction": ("friction", ["body"]),
+    "plastic_set": ("memory", ["spring"]),
+    "warm_up_friction": ("friction", ["body"]),
 }
 EVERY = {**KINDS, **LATER}
 
@@ -174,6 +176,10 @@ def draw(rng, kind, place, rig, typ, setting, strength):
         return {"coefficient": min(0.6, s * u(0.12, 0.3))}
     if kind == "presliding_friction":
         return {"level": s * u(0.15, 0.35) * force, "distance": u(0.1, 0.3) * reach}
+    if kind == "plastic_set":
+        return {"stiffness": s * u(0.4, 1.0) * k, "yield_extension": u(0.2, 0.5) * x}
+    if kind == "warm_up_friction":
+        return {"level": s * u(0.3, 0.5) * force, "velocity": u(0.5, 0.9) * speed, "time_constant": setting.dt * u(150, 400)}
     if kind == "viscous_damping":
         return {"damping": s * u(0.2, 0.5) * force / max(speed, 1e-30)}
     if kind == "quadratic_drag":

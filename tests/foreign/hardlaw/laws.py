@@ -23,7 +23,7 @@ SE_WHAT, SE_AT, SE_GAIN, SE_OFFSET, SE_A, SE_B, SE_LAG, SE_STATE, SE_WAVE, SE_WA
 IN_EPS, IN_N, IN_PHASE = range(3)
 
 LINEAR, SQUARE, ROOT, VAN_DER_POL = range(4)  # laws of a damper
-BOUC_WEN, MAXWELL, DAHL = range(3)  # laws of a memory; the last is between a body and the ground, and ME_SPRING is the body
+BOUC_WEN, MAXWELL, DAHL, JENKIN, HEAT = range(5)  # laws of a memory; DAHL is between a body and the ground, and ME_SPRING is the body; HEAT is of a friction, and ME_SPRING is that
 POSITION, VELOCITY, TENSION = range(3)  # what a sensor reads
 NO_LOAD, ACTUATOR_LOAD, JOINT_LOAD, TENDON_LOAD = range(4)  # what presses on a friction
 STICK = 0
@@ -124,6 +124,12 @@ def forces(s, y, t, u, f, dy, press):
             dy[m] = row[ME_A] / row[ME_B] * (v - abs(v) * y[m] / row[ME_A])
             f[i] -= y[m]
             continue
+        if row[ME_LAW] == HEAT:
+            # The level is multiplied by exp(-y[m]); A: sliding speed whose end is 1/e, B: time constant.
+            j, m = int(row[ME_SPRING]), int(row[ME_STATE])
+            dy[m] = (abs(along(s, j, y, n)) / row[ME_A] - y[m]) / row[ME_B]
+            press[5][j] = math.exp(-y[m])
+            continue
         spring = s.springs[int(row[ME_SPRING])]
         a, b, m = int(spring[SP_FROM]), int(spring[SP_TO]), int(row[ME_STATE])
         x = at(y, b) - at(y, a) - spring[SP_REST]
@@ -132,6 +138,11 @@ def forces(s, y, t, u, f, dy, press):
             z, power = y[m], row[ME_D]
             grown = abs(z) ** (power - 1.0) if power != 1.0 else 1.0
             dy[m] = v - row[ME_B] * abs(v) * grown * z - row[ME_C] * v * grown * abs(z)
+            force = -row[ME_A] * z
+        elif row[ME_LAW] == JENKIN:
+            # A spring of stiffness A in series with a slider that gives way at the extension B.
+            z = y[m]
+            dy[m] = 0.0 if abs(z) >= row[ME_B] and z * v > 0.0 else v
             force = -row[ME_A] * z
         else:
             # y[m] is where the dashpot stands: the branch pulls with A (x - w), w' = (x - w)/B.
@@ -224,14 +235,14 @@ def level(s, j, sign, v, q, t, press):
         dry, hold, viscous = row[FR_LM], row[FR_SM], row[FR_DM]
     if row[FR_VS] > 0.0:
         dry = dry + (hold - dry) * math.exp(-((speed / row[FR_VS]) ** 2))
-    return dry * changing(row, q, t) + press[0][j] + viscous * speed
+    return dry * changing(row, q, t) * press[5][j] + press[0][j] + viscous * speed
 
 
 @njit(cache=True)
 def hold(s, j, sign, q, t, press):
     """What a resting contact holds against a push towards sign."""
     row = s.frictions[j]
-    return (row[FR_SP] if sign > 0 else row[FR_SM]) * changing(row, q, t) + press[0][j]
+    return (row[FR_SP] if sign > 0 else row[FR_SM]) * changing(row, q, t) * press[5][j] + press[0][j]
 
 
 @njit(cache=True)

@@ -40,7 +40,7 @@ def work(s, states, scale):
     """Scratch memory for one run. scale: size of each state, against which errors are measured."""
     n, count, tendons = s.n, s.frictions.shape[0], s.tendons.shape[0]
     actuators = s.actuators.shape[0]
-    press = (np.zeros(count), np.zeros(n), np.zeros(n), np.zeros(tendons), np.zeros(actuators))
+    press = (np.zeros(count), np.zeros(n), np.zeros(n), np.zeros(tendons), np.zeros(actuators), np.ones(count))
     return Work(np.zeros(n), np.zeros(n), press, np.zeros(count), np.zeros(count, np.int64),
                 np.zeros((count, count)), np.zeros(count), np.zeros((7, states)), np.zeros(states),
                 scale.copy(), np.zeros(count, np.int64))

@@ -182,6 +182,13 @@ def build(rig, values, effects=()):
         elif kind == "viscoelastic_creep":
             t["memories"].append([spring, laws.MAXWELL, p["stiffness"], p["time_constant"], 0, 0, states])
             states += 1
+        elif kind == "plastic_set":
+            t["memories"].append([spring, laws.JENKIN, p["stiffness"], p["yield_extension"], 0, 0, states])
+            states += 1
+        elif kind == "warm_up_friction":
+            friction(place, *[p["level"]] * 4)
+            t["memories"].append([len(t["frictions"]) - 1, laws.HEAT, p["velocity"], p["time_constant"], 0, 0, states])
+            states += 1
         elif kind == "presliding_friction":
             t["memories"].append([at[place], laws.DAHL, p["level"], p["distance"], 0, 0, states])
             states += 1
@@ -278,6 +285,9 @@ def scales(s, states, typ, rig):
     for row in s.memories:
         if row[laws.ME_LAW] == laws.DAHL:
             scale[int(row[laws.ME_STATE])] = row[laws.ME_A]
+            continue
+        if row[laws.ME_LAW] == laws.HEAT:
+            scale[int(row[laws.ME_STATE])] = 1.0
             continue
         scale[int(row[laws.ME_STATE])] = typ.extension[names[int(row[laws.ME_SPRING])]]
     for row, keys in zip(s.actuators, rig.all("actuator")):

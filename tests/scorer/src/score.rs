@@ -57,6 +57,7 @@ const FAMILIES: &[(&str, &[&str])] = &[
             "direction_dependent_friction",
             "load_dependent_friction",
             "presliding_friction",
+            "warm_up_friction",
         ],
     ),
     ("damping", &["viscous_damping", "quadratic_drag"]),
@@ -65,7 +66,10 @@ const FAMILIES: &[(&str, &[&str])] = &[
         &["cubic_stiffness", "quadratic_stiffness", "cross_coupling"],
     ),
     ("gap", &["end_stop", "backlash", "tendon_slack"]),
-    ("memory", &["hysteresis", "viscoelastic_creep"]),
+    (
+        "memory",
+        &["hysteresis", "viscoelastic_creep", "plastic_set"],
+    ),
     (
         "load",
         &["gravity_load", "constant_load", "position_ripple"],

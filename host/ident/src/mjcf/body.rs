@@ -102,6 +102,11 @@ fn friction(rig: &Rig, index: usize, step: f64, joint: Element, model: &mut Mode
         let instead = "MuJoCo has no friction that yields before it slips";
         model.left_out.push(unnamed(rig, effect, instead));
     }
+    if let Some(effect) = effect(rig, Kind::WarmUp, site) {
+        level += effect.parameters[0].value;
+        let instead = "frictionloss holds its cold level; it does not warm";
+        model.left_out.push(unnamed(rig, effect, instead));
+    }
     if level == 0.0 {
         return joint;
     }

@@ -64,6 +64,7 @@ fn spring(rig: &Rig, index: usize, model: &mut Model) {
     for (kind, instead) in [
         (Kind::Hysteresis, "MuJoCo has no hysteretic spring"),
         (Kind::Creep, "MuJoCo has no branch without a mass"),
+        (Kind::PlasticSet, "MuJoCo has no spring that takes a set"),
     ] {
         if let Some(effect) = effect(rig, kind, site) {
             model.left_out.push(unnamed(rig, effect, instead));

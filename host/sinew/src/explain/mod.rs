@@ -161,6 +161,9 @@ const OTHER_NAMES: &[(&str, &str)] = &[
     ("capstan_friction", "load_dependent_friction"),
     ("dahl_friction", "presliding_friction"),
     ("bouc_wen", "hysteresis"),
+    ("jenkin_element", "plastic_set"),
+    ("elastoplastic_branch", "plastic_set"),
+    ("thermal_friction", "warm_up_friction"),
     ("supply_sag", "input_curvature"),
 ];
 

@@ -30,6 +30,6 @@ fn every_kind_moves_as_the_foreign_integrator_says() {
         }
         seen += 1;
     }
-    assert_eq!(seen, 31);
+    assert_eq!(seen, 33);
     assert!(failures.is_empty(), "of the range: {failures:#?}");
 }

@@ -71,6 +71,20 @@ fn presliding_friction_leaves_an_interval_of_its_whole_level() {
 }
 
 #[test]
+fn a_plastic_branch_leaves_an_interval_of_its_largest_force() {
+    let law = effect(
+        "plastic_set",
+        "coil",
+        &[("stiffness", 100.0), ("yield_extension", 0.02)],
+    );
+    let found = intervals(&slide(0.0, 0.0, &format!("{SPRING}{RAMP}{law}")), 4.0);
+    assert_eq!(found[0].component, "coil.plastic_set");
+    assert_eq!(found[0].hold, [2.0; 2]);
+    let [low, high] = ends(&found[0]);
+    assert!((low - 2.0 / 40.0).abs() < 1e-14 && (high - 6.0 / 40.0).abs() < 1e-14);
+}
+
+#[test]
 fn hysteresis_and_play_leave_intervals_too() {
     let loop_ = effect(
         "hysteresis",
