@@ -38,7 +38,6 @@ impl Effect for Coulomb {
             "direction_dependent_friction",
             "load_dependent_friction",
             "presliding_friction",
-            "warm_up_friction",
             "hysteresis",
             "viscous_damping",
         ],
@@ -325,8 +324,6 @@ pub(crate) fn presliding_rate<S: Scalar>(p: &[S], w: S, v: S, direction: f64) ->
 pub(super) struct WarmUp;
 
 impl Effect for WarmUp {
-    const REFINES: bool = true;
-
     const DESCRIPTION: Description = Description {
         kind: "warm_up_friction",
         law: "F = -level exp(-theta) sign(v), theta' = (|v|/velocity - theta) / time_constant",

@@ -270,7 +270,6 @@ effects! {
     DirectionDependent = friction::DirectionDependent,
     LoadDependent = friction::LoadDependent,
     Presliding = friction::Presliding,
-    WarmUp = friction::WarmUp,
     Viscous = damping::Viscous,
     QuadraticDrag = damping::QuadraticDrag,
     Cubic = stiffness::Cubic,
@@ -294,7 +293,7 @@ effects! {
     SensorLag = sensor::Lag,
     SensorCurvature = sensor::Curvature,
     }
-    beside { Learned = learned::Learned }
+    beside { Learned = learned::Learned, WarmUp = friction::WarmUp }
 }
 
 impl Kind {
@@ -339,10 +338,10 @@ mod tests {
     #[test]
     fn the_vocabulary_is_complete_and_has_no_name_twice() {
         let mut names: Vec<&str> = Kind::ALL.iter().map(|k| k.description().kind).collect();
-        assert_eq!(names.len(), 28);
+        assert_eq!(names.len(), 27);
         names.sort_unstable();
         names.dedup();
-        assert_eq!(names.len(), 28);
+        assert_eq!(names.len(), 27);
     }
 
     #[test]
@@ -445,7 +444,6 @@ mod tests {
             [
                 "stribeck_friction.velocity",
                 "presliding_friction.distance",
-                "warm_up_friction.time_constant",
                 "hysteresis.beta",
                 "hysteresis.gamma",
                 "hysteresis.exponent",
@@ -497,7 +495,7 @@ mod tests {
             let description = kind.description();
             forces.contains(&description.family)
                 && description.ports != [Port::Pair]
-                && ![Kind::LoadDependent, Kind::Presliding, Kind::WarmUp].contains(kind)
+                && ![Kind::LoadDependent, Kind::Presliding].contains(kind)
         };
         for &kind in Kind::ALL.iter().filter(at_a_port) {
             let description = kind.description();

@@ -29,7 +29,7 @@ STRONG, WEAK = 1.0, (0.15, 0.7)
 # A simpler kind that must not explain a strong case: it would rightly be named instead.
 SIMPLER = {"stribeck_friction": "coulomb_friction", "direction_dependent_friction": "coulomb_friction",
            "load_dependent_friction": "coulomb_friction", "presliding_friction": "coulomb_friction",
-           "warm_up_friction": "coulomb_friction", "plastic_set": "hysteresis",
+           "warm_up_friction": "coulomb_friction",
            "gravity_load": "constant_load"}
 
 

@@ -57,7 +57,6 @@ const FAMILIES: &[(&str, &[&str])] = &[
             "direction_dependent_friction",
             "load_dependent_friction",
             "presliding_friction",
-            "warm_up_friction",
         ],
     ),
     ("damping", &["viscous_damping", "quadratic_drag"]),

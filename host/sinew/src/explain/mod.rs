@@ -163,7 +163,6 @@ const OTHER_NAMES: &[(&str, &str)] = &[
     ("bouc_wen", "hysteresis"),
     ("jenkin_element", "plastic_set"),
     ("elastoplastic_branch", "plastic_set"),
-    ("thermal_friction", "warm_up_friction"),
     ("supply_sag", "input_curvature"),
 ];
 

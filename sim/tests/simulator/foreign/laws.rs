@@ -15,6 +15,7 @@ const ELSEWHERE: &[&str] = &[
     "backlash.actuator",
     "backlash.spring",
     "backlash.tendon",
+    "warm_up_friction",
 ];
 
 #[test]

@@ -25,12 +25,12 @@ const SEED: u64 = 2039;
 const CASES: usize = 680;
 /// Cases in `tests/foreign/cases`: all have to be right, or missed where weak. Their recordings and
 /// the seed are fixed.
-const COMMITTED: usize = 59;
+const COMMITTED: usize = 61;
 /// Those of them that continuous integration asks, an eighth of the time of all: the quickest of
 /// each sort, a disturbance that was called creep, and the quickest of the kinds that came after
 /// the published tables. Whoever changes the search asks all.
-const BRIEF: [usize; 22] = [
-    1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12, 14, 15, 16, 18, 19, 20, 21, 23, 30, 40, 56,
+const BRIEF: [usize; 23] = [
+    1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12, 14, 15, 16, 18, 19, 20, 21, 23, 30, 40, 56, 59,
 ];
 
 /// Cases to put to the program.
