@@ -1,6 +1,6 @@
 //! `cargo xtask setup`: what a bare machine lacks. Silent and quick when nothing is missing. Other
-//! verbs say what they would install, and on a terminal they ask; nothing is ever removed. Where apt
-//! would have to, or nobody may install, QEMU is unpacked in the build folder.
+//! verbs say what they would install, and on a terminal they ask; nothing is ever removed. Where
+//! apt would have to, or nobody may install, QEMU is unpacked in the build folder.
 //!
 //! The target comes from rustup. Where rustup is absent or cannot add it, Debian's Rust builds
 //! `core` from its own sources (packages rustc-web, cargo-web, rust-web-src) and links with
