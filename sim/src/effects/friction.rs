@@ -1,8 +1,8 @@
 //! Dry friction: it opposes sliding and holds what rests (docs/explanation/plant.md, eq. 6 to 9c).
 //!
-//! Each law but presliding friction is written for a body that slides one way, with `direction` standing for
-//! sign(v). The integrator switches the direction at the instant of reversal and holds a resting
-//! body exactly while the other forces stay within [`Effect::hold`]. Nothing is smoothed.
+//! Each law but presliding friction is written for a body that slides one way, with `direction`
+//! standing for sign(v). The integrator switches the direction at the instant of reversal and holds
+//! a resting body exactly while the other forces stay within [`Effect::hold`]. Nothing is smoothed.
 
 use super::{
     At, Description, Effect, Energy, Explanation, Family, ParameterSpec, Port, Quantity, Scales,
