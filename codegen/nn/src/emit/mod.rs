@@ -10,6 +10,7 @@ mod backward;
 mod c_abi;
 mod forward;
 mod golden;
+mod guide;
 mod kernels;
 mod library;
 mod names;
@@ -107,6 +108,8 @@ pub fn emit(network: &Network, options: &Options) -> Result<Vec<File>, NetworkEr
     let plan = Plan::new(network);
     let mut files = vec![
         file("Cargo.toml", library::manifest(network)),
+        file("README.md", guide::readme(network, options.c_abi)),
+        file("examples/predict.rs", guide::example(network)),
         file("src/lib.rs", library::print(network)),
         file("src/network.rs", program::print(&plan)),
     ];
@@ -149,7 +152,8 @@ pub(crate) fn in_layers(network: &Network, options: &Options) -> Result<Vec<File
     let mut files = emit(network, options)?;
     let network = network.folded();
     let plan = Plan::new(&network);
-    files.retain(|file| !file.path.starts_with("tests/"));
+    let is_guide = |path: &str| path == "README.md" || path.starts_with("examples/");
+    files.retain(|file| !file.path.starts_with("tests/") && !is_guide(&file.path));
     for file in &mut files {
         match file.path.as_str() {
             "Cargo.toml" => {
