@@ -21,7 +21,7 @@ impl Noise {
     }
 
     /// Draws a whole number with probability proportional to `exp(-x^2 / (2 variance))`. `variance`
-    /// is in 1 to [`MOST`].
+    /// is in 1 to `MOST`.
     pub fn draw(&mut self, variance: u64) -> i64 {
         let variance = u128::from(variance.clamp(1, MOST));
         let t = variance.isqrt() + 1;
