@@ -70,7 +70,7 @@ impl Counts {
     }
 }
 
-/// What is released: sums with noise. Everything else follows from it and from public settings.
+/// Sums with noise: all that is released. Everything else follows from it and from public settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Release {
     /// Number of devices, which is public.

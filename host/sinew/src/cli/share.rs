@@ -176,6 +176,15 @@ fn refuse(arguments: &Arguments, files: &[(String, Vec<PathBuf>)]) -> Result<()>
             .expected("a new folder; two releases of one fleet add up: epsilon and delta of both")
             .help("publish what is there, or name another --out"));
     }
+    // Its names are fixed, and may be those of the rig and of the recordings.
+    let mut entries = std::fs::read_dir(&arguments.out);
+    let is_empty = entries.as_mut().is_ok_and(|it| it.next().is_none());
+    if arguments.out.exists() && !is_empty {
+        let message = "something is there already, and what is published stands alone";
+        return Err(Error::file(&arguments.out, message)
+            .expected("a folder that is new or empty")
+            .help("name another --out"));
+    }
     let paths = files.iter().flat_map(|(_, paths)| paths);
     let paths = paths.map(|path| ("a recording", path.as_path()));
     overwrite::refuse(
@@ -265,7 +274,7 @@ fn is_enough(
     .help("record more devices, narrow --within, or raise --epsilon or --tolerance"))
 }
 
-/// What was released, in words and numbers that are public.
+/// Prints the release in words and numbers that are public.
 fn said(
     arguments: &Arguments,
     region: &Region,

@@ -75,6 +75,26 @@ fn a_folder_is_published_that_names_no_device_and_replacing_one_changes_no_file_
     assert_ne!(sums("one"), sums("two"));
 }
 
+/// The rig may be called rig.toml and a recording device-01.csv, as in a release.
+#[test]
+fn a_release_replaces_no_file() {
+    let desk = desk();
+    let rig = desk.read("mass-spring-damper.toml");
+    desk.write("rig.toml", &rig);
+    let recorded = desk.read("anna.csv");
+    desk.write("device-01.csv", &recorded);
+    let line = SHARE.replace("anna", "device-01");
+    let line = line.replace("mass-spring-damper", "rig");
+    for out in [".", "device-01.csv"] {
+        let output = desk.sinew(&format!("{line} --out {out}"));
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{out}: {errors}");
+        assert!(errors.contains("new or empty"), "{out}: {errors}");
+    }
+    assert_eq!(desk.read("rig.toml"), rig);
+    assert_eq!(desk.read("device-01.csv"), recorded);
+}
+
 #[test]
 fn a_fleet_that_is_too_small_and_a_second_release_are_refused() {
     let desk = desk();
