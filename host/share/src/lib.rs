@@ -13,6 +13,6 @@ pub use budget::Budget;
 pub use discrete::Noise;
 pub use recordings::{Inputs, name as recording_name, recordings};
 pub use region::Region;
-pub use source::{places, random};
+pub use source::{Places, places, random};
 pub use statistics::Release;
 pub use synthesis::{Shared, enough, synthesise};

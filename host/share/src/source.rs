@@ -13,9 +13,18 @@ use sinew_sim::Rig;
 
 use crate::region::Region;
 
-/// Place of each device in the region. A device whose recordings cannot be fitted is at the
-/// middle, as one that differs in nothing: its failure would tell of it. No device's place depends
-/// on another's recordings. `progress` hears of the number that is done.
+/// Private places of devices in the public region.
+#[derive(Clone, Debug)]
+pub struct Places {
+    /// Place of each device. One whose recordings cannot be fitted is at the middle, as one that
+    /// differs in nothing: its failure would tell of it.
+    pub each: Vec<Vec<f64>>,
+    /// Number of devices that could not be fitted. It is private: for the owner's eyes.
+    pub unfitted: usize,
+}
+
+/// Finds the place of each device by a fit of its own. No device's place depends on another's
+/// recordings. `progress` hears of the number that is done.
 ///
 /// # Errors
 /// The user has stopped it.
@@ -24,9 +33,9 @@ pub fn places(
     region: &Region,
     devices: &[Recorded],
     progress: &(dyn Fn(usize) + Sync),
-) -> Result<Vec<Vec<f64>>> {
+) -> Result<Places> {
     let done = AtomicUsize::new(0);
-    let place = |device: &Recorded| -> Result<Vec<f64>> {
+    let place = |device: &Recorded| -> Result<Option<Vec<f64>>> {
         let options = FitOptions {
             search_only: true,
             ..FitOptions::default()
@@ -40,13 +49,21 @@ pub fn places(
                     own.map_or(f64::NAN, |it| it.value)
                 };
                 let values: Vec<f64> = region.sides.iter().map(|s| value(&s.axis.name)).collect();
-                Ok(region.place(&values))
+                Ok(Some(region.place(&values)))
             }
             Err(error) if matches!(error.kind(), Kind::Interrupted) => Err(error),
-            Err(_) => Ok(vec![0.0; region.size()]),
+            Err(_) => Ok(None),
         }
     };
-    devices.par_iter().map(place).collect()
+    let found = devices.par_iter().map(place);
+    let found = found.collect::<Result<Vec<_>>>()?;
+    let unfitted = found.iter().filter(|place| place.is_none()).count();
+    let middle = || vec![0.0; region.size()];
+    let each = found.into_iter().map(|place| place.unwrap_or_else(middle));
+    Ok(Places {
+        each: each.collect(),
+        unfitted,
+    })
 }
 
 /// Generator for the noise: of 256 bits of the operating system, or of a seed that anyone can try.

@@ -130,6 +130,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     });
     let recorded = recorded.collect::<Result<Vec<Recorded>>>()?;
     sinew_ident::fit::require(&rig, recorded.iter().flat_map(|it| &it.recordings))?;
+    // One by one: that devices differ is no fault here.
+    for device in &recorded {
+        let own = device.recordings.iter();
+        arguments.repairs.before(&rig, own, arguments.quiet)?;
+    }
 
     let quiet = arguments.quiet;
     let stage = Stage::begin("fit each device by itself", quiet);
@@ -138,7 +143,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         stage.count(done.saturating_sub(1), of, "devices");
     })?;
     stage.end(count(of, "device"));
-    let release = Release::new(&places, &budget, sinew_share::random(arguments.seed)?);
+    if places.unfitted > 0 {
+        Said::beside([arguments.json.as_deref()]).warning(format!(
+            "{} of {} could not be fitted and count as the rig's own numbers; this is private, and \
+             no file says it",
+            places.unfitted,
+            count(of, "device")
+        ));
+    }
+    let release = Release::new(&places.each, &budget, sinew_share::random(arguments.seed)?);
     // From here on nothing private is looked at.
     drop((recorded, places));
     let stage = Stage::begin("search for devices with the noisy statistics", quiet);

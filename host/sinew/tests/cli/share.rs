@@ -75,6 +75,26 @@ fn a_folder_is_published_that_names_no_device_and_replacing_one_changes_no_file_
     assert_ne!(sums("one"), sums("two"));
 }
 
+/// A device would be placed at the edge of the region, and the release would be of something else.
+#[test]
+fn a_recording_whose_times_are_milliseconds_is_refused_before_anything_is_released() {
+    let desk = desk();
+    let text = desk.read("anna.csv");
+    let late = text.lines().map(|line| match line.split_once(',') {
+        Some((t, rest)) if t.parse::<f64>().is_ok() => {
+            format!("{},{rest}\n", t.parse::<f64>().unwrap_or(0.0) * 1000.0)
+        }
+        _ => format!("{line}\n"),
+    });
+    desk.write("anna.csv", &late.collect::<String>());
+    let output = desk.sinew(&format!("{SHARE} --out shared"));
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_ne!(output.status.code(), Some(0), "{errors}");
+    assert!(errors.contains("milliseconds"), "{errors}");
+    let mut released = std::fs::read_dir(desk.path("shared")).expect("a folder");
+    assert!(released.next().is_none());
+}
+
 /// The rig may be called rig.toml and a recording device-01.csv, as in a release.
 #[test]
 fn a_release_replaces_no_file() {

@@ -61,7 +61,7 @@ struct Study {
 /// Fits devices without clipping.
 fn fitted(rig: &Rig, devices: &[Recorded]) -> Result<Vec<Vec<f64>>> {
     let wide = Region::new(rig, &Plant::new(rig)?, ANYWHERE, &[])?;
-    let found = places(rig, &wide, devices, &|_| {})?;
+    let found = places(rig, &wide, devices, &|_| {})?.each;
     Ok(found.iter().map(|place| wide.values(place)).collect())
 }
 
