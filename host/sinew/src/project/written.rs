@@ -7,6 +7,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Component, Path, PathBuf};
 
 use sinew_ident::error::{Error, Result};
@@ -84,6 +85,7 @@ pub fn update(folder: &Path, files: &[SourceFile]) -> Result<Vec<Kept>> {
         }
         if before.standing(folder, &file.path, &file.contents) != Some(Standing::Edited) {
             sinew_files::write_changed(&path, &file.contents)?;
+            make_startable(&path, &file.contents)?;
             continue;
         }
         let beside = format!("{}.{NEW}", file.path);
@@ -118,6 +120,17 @@ pub fn is_free<'a>(folder: &Path, mut paths: impl Iterator<Item = &'a str>) -> R
         Some(path) => Err(before.refusal(folder, path)),
         None => Ok(()),
     }
+}
+
+/// Lets a script be started by its name, as cargo starts the runner of a board.
+fn make_startable(path: &Path, contents: &[u8]) -> Result<()> {
+    if !contents.starts_with(b"#!") {
+        return Ok(());
+    }
+    let failed = |error| Error::write(path, error);
+    let mut permissions = fs::metadata(path).map_err(failed)?.permissions();
+    permissions.set_mode(permissions.mode() | 0o111);
+    fs::set_permissions(path, permissions).map_err(failed)
 }
 
 fn checksum(contents: &[u8]) -> u32 {
@@ -265,6 +278,19 @@ mod tests {
             once: false,
         };
         all.iter().map(file).collect()
+    }
+
+    /// Cargo starts the runner of a board by its name.
+    #[test]
+    fn a_script_may_be_started_and_other_files_may_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let both = [("run.sh", "#!/bin/sh\n"), ("run.rs", "fn run() {}")];
+        update(folder.path(), &files(&both)).unwrap();
+        let startable = |name| {
+            let mode = fs::metadata(folder.path().join(name)).unwrap();
+            mode.permissions().mode() & 0o111
+        };
+        assert_eq!((startable("run.sh"), startable("run.rs")), (0o111, 0));
     }
 
     #[test]
