@@ -33,7 +33,7 @@ pub struct Arguments {
     exit_code: bool,
     #[command(flatten)]
     repairs: Repairs,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         if let Some(determined) = &determined {
             lines += &determinations(determined);
         }
-        let said = Said::beside([]).quiet(arguments.quiet);
+        let said = Said::beside([], arguments.quiet);
         said.line(lines.trim_end());
         if sound {
             said.next(next(&found, arguments));

@@ -36,7 +36,7 @@ pub struct Arguments {
     /// File for contents and columns as JSON (sinew-convert/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -65,11 +65,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let Some(out) = arguments.out.as_deref() else {
         // The list is what the document says.
         if !json.is_some_and(sinew_files::is_output) {
-            print!("{}", listed(&contents));
+            let said = Said::beside([], arguments.quiet);
+            said.line(listed(&contents).trim_end());
             let log = arguments.log.display();
-            Said::beside([])
-                .quiet(arguments.quiet)
-                .next(format!("sinew convert {log} --out recording.csv"));
+            said.next(format!("sinew convert {log} --out recording.csv"));
         }
         return write(json, &document(&arguments.log, &contents, None));
     };
@@ -87,10 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         json,
         &document(&arguments.log, &contents, Some((&recording, out))),
     )?;
-    if arguments.quiet {
-        return Ok(());
-    }
-    let said = Said::beside([Some(out), json]);
+    let said = Said::beside([Some(out), json], arguments.quiet);
     for note in recording.notes() {
         said.line(note);
     }

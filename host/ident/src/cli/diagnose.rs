@@ -135,19 +135,20 @@ fn leave(
 ) -> Result<()> {
     let quiet = arguments.common.quiet;
     let mut written: Vec<&Path> = Vec::new();
-    let said = Said::beside([
-        arguments.json.as_deref(),
-        arguments.report.as_deref(),
-        arguments.rig_out.as_deref(),
-        arguments.mjcf.as_deref(),
-    ]);
+    let said = Said::beside(
+        [
+            arguments.json.as_deref(),
+            arguments.report.as_deref(),
+            arguments.rig_out.as_deref(),
+            arguments.mjcf.as_deref(),
+        ],
+        quiet,
+    );
     match &arguments.json {
         Some(path) => {
             sinew_files::write(path, output::json(found)?)?;
             written.push(path);
-            if !quiet {
-                said.line(&found.sentence);
-            }
+            said.line(&found.sentence);
         }
         None => said.line(output::text(found).trim_end()),
     }
@@ -171,17 +172,15 @@ fn leave(
     if let Some(path) = &arguments.mjcf {
         super::mjcf::write(&found.mended, path, quiet)?;
         if let Some(original) = &arguments.changes {
-            let said = Said::beside([Some(path.as_path())]);
+            let said = Said::beside([Some(path.as_path())], quiet);
             super::mjcf::write_changes(&found.mended, original, path, said)?;
         }
         written.push(path);
     }
-    if !quiet {
-        for path in written {
-            said.wrote(path);
-        }
-        said.next(next(arguments, found));
+    for path in written {
+        said.wrote(path);
     }
+    said.next(next(arguments, found));
     Ok(())
 }
 

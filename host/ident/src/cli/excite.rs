@@ -89,7 +89,7 @@ pub struct Arguments {
     /// `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -133,21 +133,22 @@ pub fn run(arguments: &Arguments, control_rate_hz: Option<f64>) -> Result<()> {
     experiment
         .recording(&plant, &arguments.out)?
         .write(&arguments.out)?;
-    let said = Said::beside([Some(arguments.out.as_path()), arguments.json.as_deref()]);
+    let said = Said::beside(
+        [Some(arguments.out.as_path()), arguments.json.as_deref()],
+        arguments.quiet,
+    );
     if let Some(found) = &revelation {
         said.line(table(found).trim_end());
     }
     if let (Some(compared), Some(found)) = (&compared, &revelation) {
         said.line(lines(compared, found).trim_end());
     }
-    if !arguments.quiet {
-        said.line(format!(
-            "{} of {} in {}",
-            count(experiment.t.len(), "row"),
-            count(experiment.inputs.len(), "input"),
-            arguments.out.display()
-        ));
-    }
+    said.line(format!(
+        "{} of {} in {}",
+        count(experiment.t.len(), "row"),
+        count(experiment.inputs.len(), "input"),
+        arguments.out.display()
+    ));
     if let Some(path) = &arguments.json {
         let inputs = plant.inputs().iter().map(|input| input.column.as_str());
         let document = json(
@@ -159,7 +160,7 @@ pub fn run(arguments: &Arguments, control_rate_hz: Option<f64>) -> Result<()> {
         sinew_files::write(path, format!("{document:#}\n"))?;
         said.wrote(path);
     }
-    if !arguments.quiet && !sinew_files::is_output(&arguments.out) {
+    if !sinew_files::is_output(&arguments.out) {
         said.next(format!(
             "sinew record --port PORT --model DIR --input {} --out A.csv",
             arguments.out.display()

@@ -50,7 +50,7 @@ pub struct Arguments {
     /// End with status 3 for an undetermined parameter and with 4 for an unexplained signal.
     #[arg(long)]
     exit_code: bool,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
     #[command(flatten)]
@@ -113,11 +113,14 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         ));
     })?;
     stage.end(count(found.steps, "step"));
-    let said = Said::beside([
-        arguments.out.as_deref(),
-        arguments.json.as_deref(),
-        arguments.report.as_deref(),
-    ]);
+    let said = Said::beside(
+        [
+            arguments.out.as_deref(),
+            arguments.json.as_deref(),
+            arguments.report.as_deref(),
+        ],
+        arguments.quiet,
+    );
 
     for p in &found.parameters {
         let interval = match p.ci95 {

@@ -45,7 +45,7 @@ pub struct Arguments {
     /// File for a page: the devices beside their distribution.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
     #[command(flatten)]
@@ -144,11 +144,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         },
     )?;
     stage.end(count(found.devices.len(), "device"));
-    let said = Said::beside([
-        Some(arguments.out.as_path()),
-        arguments.json.as_deref(),
-        arguments.report.as_deref(),
-    ]);
+    let said = Said::beside(
+        [
+            Some(arguments.out.as_path()),
+            arguments.json.as_deref(),
+            arguments.report.as_deref(),
+        ],
+        arguments.quiet,
+    );
     said.line(table(&found).text().trim_end());
     for line in correlations(&found) {
         said.line(line);

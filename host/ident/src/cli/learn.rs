@@ -55,7 +55,7 @@ pub struct Arguments {
     /// File for a page: plots and results.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
     #[command(flatten)]
@@ -137,11 +137,14 @@ fn leave(
     begun: Instant,
 ) -> Result<()> {
     let outs = arguments.out.iter().map(|path| Some(path.as_path()));
-    let said = Said::beside(outs.chain([
-        arguments.rig_out.as_deref(),
-        arguments.json.as_deref(),
-        arguments.report.as_deref(),
-    ]));
+    let said = Said::beside(
+        outs.chain([
+            arguments.rig_out.as_deref(),
+            arguments.json.as_deref(),
+            arguments.report.as_deref(),
+        ]),
+        arguments.quiet,
+    );
     for (law, target) in learned.laws.iter().zip(&learned.targets) {
         let values = law.values();
         let places = law.shape().places(values.len());

@@ -26,7 +26,7 @@ pub struct Arguments {
     /// File for omissions and changes as JSON (sinew-mjcf/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     ///
     /// What MuJoCo cannot carry is in the file all the same.
     #[arg(long)]
@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let rig = Rig::load(&arguments.rig)?;
     let left_out = write(&rig, &arguments.out, arguments.quiet)?;
     let json = arguments.json.as_deref();
-    let said = Said::beside([Some(arguments.out.as_path()), json]);
+    let said = Said::beside([Some(arguments.out.as_path()), json], arguments.quiet);
     let changes = match &arguments.changes {
         Some(original) => {
             let (changes, list) = write_changes(&rig, original, &arguments.out, said)?;
@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         });
         sinew_files::write(path, format!("{document:#}\n"))?;
     }
-    if !arguments.quiet && !sinew_files::is_output(&arguments.out) {
+    if !sinew_files::is_output(&arguments.out) {
         said.next(format!(
             "python -m mujoco.viewer --mjcf={}",
             arguments.out.display()

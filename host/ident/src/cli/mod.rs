@@ -75,7 +75,7 @@ pub struct Common {
     /// Seed of everything that is drawn.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     pub quiet: bool,
 }

@@ -22,20 +22,12 @@ pub struct Said {
 }
 
 impl Said {
-    /// Stands aside where one of these files is standard output.
-    pub fn beside<'a>(files: impl IntoIterator<Item = Option<&'a Path>>) -> Self {
+    /// Stands aside where one of these files is standard output; `quiet` (`--quiet`) leaves
+    /// warnings and questions alone.
+    pub fn beside<'a>(files: impl IntoIterator<Item = Option<&'a Path>>, quiet: bool) -> Self {
         let aside = files.into_iter().flatten().any(sinew_files::is_output);
         let aside = aside || ALL_ASIDE.load(Ordering::Relaxed);
-        Self {
-            aside,
-            quiet: false,
-        }
-    }
-
-    /// Says nothing of what comes next (`--quiet`).
-    pub const fn quiet(mut self, quiet: bool) -> Self {
-        self.quiet = quiet;
-        self
+        Self { aside, quiet }
     }
 
     /// Lines go to standard error.
@@ -43,8 +35,16 @@ impl Said {
         self.aside
     }
 
-    /// One line, or several; labels and verdict words have colour on a terminal.
+    /// One line of a result, or several; none with `--quiet`.
     pub fn line(self, text: impl Display) {
+        if !self.quiet {
+            self.question(text);
+        }
+    }
+
+    /// Words that a person answers, which `--quiet` shows too. Labels and verdict words have colour
+    /// on a terminal.
+    pub fn question(self, text: impl Display) {
         let text = text.to_string();
         if self.aside {
             eprintln!("{}", colour::shown(&text, Stream::Error));
@@ -53,16 +53,15 @@ impl Said {
         }
     }
 
-    /// Something that may be wrong.
+    /// Something that may be wrong; `--quiet` shows it on standard error.
     pub fn warning(self, text: impl Display) {
-        self.line(format!("warning: {text}"));
+        let aside = self.aside || self.quiet;
+        Self { aside, ..self }.question(format!("warning: {text}"));
     }
 
     /// The step that comes next: every verb ends with one.
     pub fn next(self, step: impl Display) {
-        if !self.quiet {
-            self.line(format!("next: {step}"));
-        }
+        self.line(format!("next: {step}"));
     }
 
     /// Name of a file that was written; standard output has none.

@@ -37,7 +37,7 @@ pub struct Arguments {
     /// File for what was learned as JSON (sinew-adopt/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -68,10 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     sinew_files::write(&arguments.out, adopted.to_toml())?;
     let json = arguments.json.as_deref();
     result::write(json, || document(arguments, &rig.name, &learned))?;
-    if arguments.quiet {
-        return Ok(());
-    }
-    let said = Said::beside([Some(arguments.out.as_path()), json]);
+    let said = Said::beside([Some(arguments.out.as_path()), json], arguments.quiet);
     for it in &learned {
         let [low, high] = it.interval.map(|end| quantity(end, &it.unit));
         said.line(format!(

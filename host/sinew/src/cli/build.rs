@@ -101,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let made = Provenance::typed().seed(arguments.common.seed);
     report::write(&outcome, &summary, &arguments.out, &made)?;
     let json = arguments.json.as_deref();
-    let said = Said::beside([json]).quiet(arguments.common.quiet);
+    let said = Said::beside([json], arguments.common.quiet);
     said.line("");
     for line in report::closing_lines(&outcome, &summary, &arguments.out) {
         said.line(line);

@@ -42,7 +42,7 @@ pub struct Arguments {
     /// File for the errors as JSON (sinew-calibration/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -98,15 +98,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         unreachable!("a task with a soft sensor has one to attach");
     };
     save(&arguments.out, &spec)?;
-    if !arguments.quiet {
-        let said = Said::beside([arguments.json.as_deref()]);
-        said.line(sensor_line(&spec, &found));
-        said.line(arguments.out.join(store::MODEL_FILE).display());
-        said.next(format!(
-            "sinew emit {} --out firmware",
-            arguments.out.display()
-        ));
-    }
+    let said = Said::beside([arguments.json.as_deref()], arguments.quiet);
+    said.line(sensor_line(&spec, &found));
+    said.line(arguments.out.join(store::MODEL_FILE).display());
+    said.next(format!(
+        "sinew emit {} --out firmware",
+        arguments.out.display()
+    ));
     let outputs = spec.outputs.iter().zip(&found.spec.error);
     let outputs = outputs
         .map(|(signal, error)| json!({ "signal": signal.name, "unit": signal.unit, "rms": error }));

@@ -1,6 +1,6 @@
 //! `sinew commission`: the first power-up of a rig, step by step.
 
-use std::io::{BufRead, IsTerminal, Write};
+use std::io::{BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, FromArgMatches};
@@ -86,7 +86,7 @@ pub struct Arguments {
     /// Seed of everything that is drawn.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -117,7 +117,7 @@ fn range(text: &str) -> Result<Range> {
 /// # Errors
 /// A bad file or argument; a fault of the rig or its wiring; a board that is gone.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let said = Said::beside([arguments.json.as_deref()]).quiet(arguments.quiet);
+    let said = Said::beside([arguments.json.as_deref()], arguments.quiet);
     if said.is_aside() {
         // The verbs of the last steps have lines of their own.
         stand_aside();
@@ -336,11 +336,11 @@ fn consent(arguments: &Arguments) -> Result<()> {
     if !std::io::stdin().is_terminal() {
         return Err(refused());
     }
-    print!(
+    // Not on standard output, which may be a document.
+    eprint!(
         "The rig is going to move: each actuator alone, then all. Keep away from it, and a hand on \
          the switch of its supply. Ctrl-C is the emergency stop. Go on? (yes) "
     );
-    let _ = std::io::stdout().flush();
     let mut answer = String::new();
     let read = std::io::stdin().lock().read_line(&mut answer);
     match (read, answer.trim()) {

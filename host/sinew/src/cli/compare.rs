@@ -194,12 +194,14 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     others.with::<PidState>()?;
     others.with::<RiseState>()?;
 
-    let said = Said::beside([
-        arguments.json.as_deref(),
-        arguments.report.as_deref(),
-        arguments.plot.as_deref(),
-    ])
-    .quiet(of_loop.common.quiet);
+    let said = Said::beside(
+        [
+            arguments.json.as_deref(),
+            arguments.report.as_deref(),
+            arguments.plot.as_deref(),
+        ],
+        of_loop.common.quiet,
+    );
     said.line(format!("reference: {}", ready.task.reference_source));
     for m in &ready.moved {
         said.line(format!(

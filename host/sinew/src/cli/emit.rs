@@ -52,7 +52,7 @@ pub struct Arguments {
     /// File for what was written as JSON (sinew-emit/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let json = arguments.json.as_deref();
     overwrite::refuse([("MODEL", arguments.model.as_path())], [("--json", json)])?;
-    let said = Said::beside([json]).quiet(arguments.quiet);
+    let said = Said::beside([json], arguments.quiet);
     let folder = arguments.model.join(NETWORK_FILE);
     let is_network = arguments.model.is_file() || folder.is_file();
     if is_network && arguments.wiring.is_some() {
@@ -192,7 +192,7 @@ fn for_c(arguments: &Arguments, spec: &ModelSpec, said: Said) -> Result<Option<N
         Some(_) => None,
     };
     kept_lines(said, &kept);
-    let stage = Stage::begin("build the controller's libraries", false);
+    let stage = Stage::begin("build the controller's libraries", arguments.quiet);
     let built = c_library::build(&folder, &arguments.out.join("target"))?;
     stage.end("for a Cortex-M4F and for this computer");
     for library in &built {

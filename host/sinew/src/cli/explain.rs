@@ -36,7 +36,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
         None => (list(), serde_json::to_string_pretty(&topics())),
     };
-    let said = Said::beside([arguments.json.as_deref()]);
+    let said = Said::beside([arguments.json.as_deref()], false);
     match &arguments.json {
         Some(path) => {
             let json = json.map_err(|e| Error::failed(format!("the words are no JSON: {e}")))?;

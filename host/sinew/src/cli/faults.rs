@@ -162,7 +162,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .iter()
         .filter(|(_, seen)| seen.iter().any(|h| h.times > 0));
     let alarms = alarms.count();
-    let said = Said::beside([arguments.json.as_deref()]).quiet(of_loop.common.quiet);
+    let said = Said::beside([arguments.json.as_deref()], of_loop.common.quiet);
     let unit = ready.units().next().unwrap_or("1").to_string();
     said.line(table(&pairs, arguments.matters, &unit));
     said.line(format!(

@@ -48,7 +48,7 @@ pub struct Arguments {
     /// File for the image or the probes as JSON (sinew-flash/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -64,13 +64,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         if json.is_some_and(sinew_files::is_output) {
             return result::write(json, || listed(&probes));
         }
+        let said = Said::beside([], arguments.quiet);
         if probes.is_empty() {
-            println!("no debug probe is connected");
+            said.line("no debug probe is connected");
         }
-        probes.iter().for_each(|probe| println!("{probe}"));
-        Said::beside([])
-            .quiet(arguments.quiet)
-            .next("sinew flash --board BOARD --model DIR");
+        probes.iter().for_each(|probe| said.line(probe));
+        said.next("sinew flash --board BOARD --model DIR");
         return result::write(json, || listed(&probes));
     };
     let chip = chip(board)?;
@@ -93,7 +92,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     // Before the log, which goes on until Ctrl-C.
     let mut then = || {
         written = result::write(json, || document(board, chip, &built.lockstep, sizes));
-        Said::beside([json]).quiet(arguments.quiet).next(format!(
+        Said::beside([json], arguments.quiet).next(format!(
             "sinew monitor --port PORT --model {}",
             model.display()
         ));

@@ -336,7 +336,7 @@ mod tests {
                 let long = argument.get_long_help().map(ToString::to_string);
                 let all = long.unwrap_or_else(|| help.clone());
                 let is_as_elsewhere = match id {
-                    "quiet" => help == "No progress and no remarks",
+                    "quiet" => help == "Print warnings and errors alone",
                     "json" => {
                         help.starts_with("File for ") && all.contains("`-` is standard output")
                     }

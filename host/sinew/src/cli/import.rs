@@ -40,7 +40,7 @@ pub struct Arguments {
     /// File for the layers as JSON (sinew-import/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .map(|path| ("an input", path.as_path())),
         [("--json", json)],
     )?;
-    let said = Said::beside([json]).quiet(arguments.quiet);
+    let said = Said::beside([json], arguments.quiet);
     match (&arguments.rig, &arguments.out) {
         (Some(rig), Some(out)) => model(arguments, rig, out, said),
         (_, out) => {

@@ -49,7 +49,7 @@ pub struct Arguments {
     /// File for losses and events as JSON (sinew-monitor/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     ///
     /// The state is not shown; events go to standard error.
     #[arg(long)]
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     overwrite::refuse(none, [("--out", out), ("--json", json)])?;
     let writes = out.is_some() || arguments.serve.is_some();
     let names = arguments.live.names(writes)?;
-    let said = Said::beside([out, json]);
+    let said = Said::beside([out, json], arguments.quiet);
     let server = match arguments.serve {
         Some(address) => Some(Server::listen(address, &Topics::new(&names).all)?),
         None => None,
@@ -101,13 +101,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(out) = out {
         said.wrote(out);
     }
-    if !arguments.quiet {
-        said.next(match out.filter(|out| !sinew_files::is_output(out)) {
-            Some(out) if is_mcap(out) => format!("sinew convert {} --list", out.display()),
-            Some(out) => format!("sinew check {}", out.display()),
-            None => "sinew monitor --out run.csv, with the same flags, keeps what is seen".into(),
-        });
-    }
+    said.next(match out.filter(|out| !sinew_files::is_output(out)) {
+        Some(out) if is_mcap(out) => format!("sinew convert {} --list", out.display()),
+        Some(out) => format!("sinew check {}", out.display()),
+        None => "sinew monitor --out run.csv, with the same flags, keeps what is seen".into(),
+    });
     Ok(())
 }
 

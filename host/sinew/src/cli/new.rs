@@ -69,7 +69,7 @@ pub struct Arguments {
     /// File for what was guessed and left out as JSON (sinew-new/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
     /// Repairs of the recording.
@@ -126,7 +126,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         quiet: arguments.quiet,
     };
     let new = new_rig::run(&options)?;
-    let said = Said::beside([Some(new.path.as_path()), json.as_deref()]).quiet(options.quiet);
+    let said = Said::beside([Some(new.path.as_path()), json.as_deref()], options.quiet);
     said.wrote(&new.path);
     if !new.unused.is_empty() {
         said.line(format!(
@@ -183,12 +183,10 @@ fn from_mechanism(file: &Path, format: Format, arguments: &Arguments) -> Result<
     let made = import(file, format, &arguments.joints)?;
     crate::rig_file::parse(&made.text, &out.display().to_string())?;
     sinew_files::write(&out, &made.text)?;
-    let said = Said::beside([Some(out.as_path()), json]).quiet(arguments.quiet);
+    let said = Said::beside([Some(out.as_path()), json], arguments.quiet);
     said.wrote(&out);
-    if !arguments.quiet {
-        for line in &made.left_out {
-            said.line(format!("left out: {line}"));
-        }
+    for line in &made.left_out {
+        said.line(format!("left out: {line}"));
     }
     for added in &made.added {
         said.line(format!("added: {added}"));

@@ -68,8 +68,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             ("--recording", arguments.recording.as_deref()),
         ],
     )?;
-    let said = Said::beside([arguments.json.as_deref(), arguments.report.as_deref()])
-        .quiet(of_loop.common.quiet);
+    let said = Said::beside(
+        [arguments.json.as_deref(), arguments.report.as_deref()],
+        of_loop.common.quiet,
+    );
     let ready = of_loop.load(arguments.plant.as_deref())?;
     let spec = ready.model(&arguments.model)?;
     let rig_name = rig_file::load(&of_loop.rig)?.name;

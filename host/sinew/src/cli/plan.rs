@@ -66,7 +66,7 @@ pub struct Arguments {
     /// File for a page: commands and signals over time.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -140,33 +140,34 @@ fn write(
     found
         .recording(plant, &arguments.out)?
         .write(&arguments.out)?;
-    let said = Said::beside([
-        Some(arguments.out.as_path()),
-        arguments.json.as_deref(),
-        arguments.report.as_deref(),
-    ]);
+    let said = Said::beside(
+        [
+            Some(arguments.out.as_path()),
+            arguments.json.as_deref(),
+            arguments.report.as_deref(),
+        ],
+        arguments.quiet,
+    );
     if let Some(path) = &arguments.report {
         let plots = view::simulation(plant, &found.t, &found.inputs, &found.trajectory);
         let lead = sentences(found).join(" ");
         let page = view::page(name, lead, None, plots).made(&Provenance::typed());
         page.write(path)?;
     }
-    if !arguments.quiet {
-        for sentence in sentences(found) {
-            said.line(sentence);
-        }
-        let rows = count(found.t.len(), "row");
-        said.line(format!("{rows} in {}", arguments.out.display()));
-        if let Some(path) = &arguments.report {
-            said.wrote(path);
-        }
+    for sentence in sentences(found) {
+        said.line(sentence);
+    }
+    let rows = count(found.t.len(), "row");
+    said.line(format!("{rows} in {}", arguments.out.display()));
+    if let Some(path) = &arguments.report {
+        said.wrote(path);
     }
     if let Some(path) = &arguments.json {
         let document = found.json(plant, options);
         sinew_files::write(path, format!("{document:#}\n"))?;
         said.wrote(path);
     }
-    if !arguments.quiet && !sinew_files::is_output(&arguments.out) {
+    if !sinew_files::is_output(&arguments.out) {
         said.next(format!(
             "sinew record --port PORT --model DIR --input {} --out A.csv",
             arguments.out.display()

@@ -93,8 +93,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let features: Vec<Vec<f64>> = loops.iter().map(|it| it.features.0.clone()).collect();
     let known = Candidates::new(&features).map_err(|e| Error::failed(e.to_string()))?;
 
-    let said = Said::beside([Some(arguments.out.as_path()), arguments.json.as_deref()])
-        .quiet(arguments.common.quiet);
+    let said = Said::beside(
+        [Some(arguments.out.as_path()), arguments.json.as_deref()],
+        arguments.common.quiet,
+    );
     let sheet = Sheet {
         rig: &rig.name,
         ready: &ready,
@@ -292,9 +294,12 @@ impl Sheet<'_> {
     /// Shows a question: table, page, and the line that asks.
     fn show(&self, (number, most): (usize, usize), pair: [usize; 2], talk: bool) -> Result<()> {
         let table = self.table(pair, ["A", "B"]);
-        self.said
-            .line(format!("\nquestion {number} of at most {most}"));
-        self.said.line(table.text().trim_end());
+        let say = |text: String| match talk {
+            true => self.said.question(text),
+            false => self.said.line(text),
+        };
+        say(format!("\nquestion {number} of at most {most}"));
+        say(table.text().trim_end().to_string());
         if let Some(path) = self.page {
             let plant = &self.ready.plant;
             let (sensors, inputs) = (plant.sensors(), plant.inputs());
@@ -308,11 +313,11 @@ impl Sheet<'_> {
                 .collect();
             let loops = pair.map(|k| &self.loops[k]);
             pair_page(self.rig, loops, &outputs, &inputs, table, &self.made).write(path)?;
-            self.said.line(format!("plots: {}", path.display()));
+            say(format!("plots: {}", path.display()));
         }
         if talk {
             self.said
-                .line("Which is better? a, b, = (alike), q (enough)");
+                .question("Which is better? a, b, = (alike), q (enough)");
         }
         Ok(())
     }

@@ -25,7 +25,7 @@ pub struct Arguments {
     /// File for the figures as JSON (sinew-record/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let text = format!("{model}\n{}", recorded.recording.to_csv());
     sinew_files::write(&arguments.out, text)?;
     result::write(json, || recorded.document(&arguments.out, rows.len()))?;
-    let said = Said::beside([Some(arguments.out.as_path()), json]);
+    let said = Said::beside([Some(arguments.out.as_path()), json], arguments.quiet);
     said.line(format!(
         "{} rows; {} ticks lost on the way, {} samples missing, {} commands held for want of a \
          row, {} changed by the limits",
@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         recorded.limited_rows
     ));
     said.wrote(&arguments.out);
-    if recorded.ended.is_none() && !arguments.quiet {
+    if recorded.ended.is_none() {
         said.next(format!("sinew check {}", arguments.out.display()));
     }
     match recorded.ended {

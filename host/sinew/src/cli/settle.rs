@@ -45,7 +45,7 @@ pub struct Arguments {
     /// File for a page: the readings over the swept input, or the one rest.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -97,20 +97,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         arguments.json.as_deref(),
         arguments.report.as_deref(),
     ];
-    let said = Said::beside(files);
-    if !arguments.quiet {
-        warn_beyond_limits(&plant, &inputs, sweep.as_ref());
-    }
+    let said = Said::beside(files, arguments.quiet);
+    warn_beyond_limits(said, &plant, &inputs, sweep.as_ref());
     let rests = Rests::find(plant, &inputs, sweep)?;
-    if !arguments.quiet {
-        match &rests.sweep {
-            Some(_) => said.line(count(rests.rows.len(), "rest")),
-            None => {
-                let row = &rests.rows[0];
-                said.line(text::table(&rests, row).text().trim_end());
-                for line in text::remarks(&rests, row) {
-                    said.line(line);
-                }
+    match &rests.sweep {
+        Some(_) => said.line(count(rests.rows.len(), "rest")),
+        None => {
+            let row = &rests.rows[0];
+            said.line(text::table(&rests, row).text().trim_end());
+            for line in text::remarks(&rests, row) {
+                said.line(line);
             }
         }
     }
@@ -124,17 +120,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(path) = &arguments.report {
         page::page(&rests, &rig.name, &Provenance::typed()).write(path)?;
     }
-    if !arguments.quiet {
-        files
-            .into_iter()
-            .flatten()
-            .for_each(|path| said.wrote(path));
-        let rig = arguments.rig.display();
-        said.next(match arguments.sweep {
-            Some(_) => format!("sinew fit {rig} --static --fit RESTS.csv --out fitted.toml"),
-            None => format!("sinew plan {rig} --goal 'NAME = VALUE at 1 s' --out plan.csv"),
-        });
-    }
+    files
+        .into_iter()
+        .flatten()
+        .for_each(|path| said.wrote(path));
+    let rig = arguments.rig.display();
+    said.next(match arguments.sweep {
+        Some(_) => format!("sinew fit {rig} --static --fit RESTS.csv --out fitted.toml"),
+        None => format!("sinew plan {rig} --goal 'NAME = VALUE at 1 s' --out plan.csv"),
+    });
     Ok(())
 }
 
@@ -202,8 +196,8 @@ fn sweep(plant: &Plant, text: &str) -> Result<Sweep> {
     })
 }
 
-/// Notes on standard error what no controller would command.
-fn warn_beyond_limits(plant: &Plant, inputs: &[f64], sweep: Option<&Sweep>) {
+/// Warns of what no controller would command.
+fn warn_beyond_limits(said: Said, plant: &Plant, inputs: &[f64], sweep: Option<&Sweep>) {
     for (index, input) in plant.inputs().iter().enumerate() {
         let ends = match sweep {
             Some(sweep) if sweep.input == index => sweep.ends,
@@ -214,10 +208,10 @@ fn warn_beyond_limits(plant: &Plant, inputs: &[f64], sweep: Option<&Sweep>) {
             ends.iter().any(outside)
         };
         if input.limit.is_some_and(beyond) {
-            eprintln!(
+            said.warning(format!(
                 "{} goes beyond the limits of `{}`",
                 input.column, input.actuator
-            );
+            ));
         }
     }
 }

@@ -56,7 +56,7 @@ pub struct Arguments {
     /// File for what was simulated as JSON (sinew-simulation/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -128,6 +128,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let recording = read_recording(&arguments.input)?;
     let inputs = columns(&recording, plant.inputs())?;
     let drive = driven(&plant, &recording, &inputs)?;
+    let said = Said::beside(
+        [
+            Some(arguments.out.as_path()),
+            arguments.plot.as_deref(),
+            arguments.report.as_deref(),
+            arguments.json.as_deref(),
+        ],
+        arguments.quiet,
+    );
     let signals = match &arguments.plant_program {
         Some(command) => {
             let program = PlantProgram {
@@ -136,9 +145,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 spread: 0.0,
             };
             let recorded = program.record(&plant, recording.t(), &drive)?;
-            if !arguments.quiet {
-                remark(&plant, &recorded);
-            }
+            remark(said, &plant, &recorded);
             recorded.signals
         }
         None => simulated(arguments, &rig, &plant, &recording, &inputs)?,
@@ -177,42 +184,34 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         });
     }
     Recording::new(&arguments.out, recording.t().to_vec(), written)?.write(&arguments.out)?;
-    if !arguments.quiet {
-        for (input, held) in plant.inputs().iter().zip(drive.held()) {
-            if *held > 0 {
-                eprintln!(
-                    "{}: {held} samples are missing and held their last value",
-                    input.column
-                );
-            }
+    for (input, held) in plant.inputs().iter().zip(drive.held()) {
+        if *held > 0 {
+            said.warning(format!(
+                "{}: {held} samples are missing and held their last value",
+                input.column
+            ));
         }
-        let said = Said::beside([
-            Some(arguments.out.as_path()),
-            arguments.plot.as_deref(),
-            arguments.report.as_deref(),
-            arguments.json.as_deref(),
-        ]);
-        said.line(format!(
-            "{} rows of {} signals in {}",
-            recording.len(),
-            signals_written,
-            arguments.out.display()
-        ));
-        let others = [&arguments.plot, &arguments.report, &arguments.json];
-        for path in others.into_iter().flatten() {
-            said.wrote(path);
-        }
-        let fit = if arguments.with_inputs {
-            &arguments.out
-        } else {
-            &arguments.input
-        };
-        said.next(format!(
-            "sinew fit {} --fit {} --out fitted.toml",
-            arguments.rig.display(),
-            fit.display()
-        ));
     }
+    said.line(format!(
+        "{} rows of {} signals in {}",
+        recording.len(),
+        signals_written,
+        arguments.out.display()
+    ));
+    let others = [&arguments.plot, &arguments.report, &arguments.json];
+    for path in others.into_iter().flatten() {
+        said.wrote(path);
+    }
+    let fit = if arguments.with_inputs {
+        &arguments.out
+    } else {
+        &arguments.input
+    };
+    said.next(format!(
+        "sinew fit {} --fit {} --out fitted.toml",
+        arguments.rig.display(),
+        fit.display()
+    ));
     let held = plant.inputs().iter().zip(drive.held());
     let held = held.filter(|(input, _)| is_recorded(input));
     let held: Map<String, Value> = held
@@ -243,16 +242,18 @@ fn range(column: &str, unit: &str, values: &[f64]) -> Value {
 }
 
 /// Signals of the program and of the rig that are not written.
-fn remark(plant: &Plant, recorded: &Recorded) {
+fn remark(said: Said, plant: &Plant, recorded: &Recorded) {
     for name in &recorded.strangers {
-        eprintln!("`{name}` of the program is not written: no sensor of the rig is called so");
+        said.warning(format!(
+            "`{name}` of the program is not written: no sensor of the rig is called so"
+        ));
     }
     for (sensor, signal) in plant.sensors().iter().zip(&recorded.signals) {
         if signal.is_none() {
-            eprintln!(
+            said.warning(format!(
                 "`{}` of the rig is not written: the program has no such signal",
                 sensor.column
-            );
+            ));
         }
     }
 }

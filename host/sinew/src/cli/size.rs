@@ -47,7 +47,7 @@ pub struct Arguments {
     /// File for the figures as JSON (sinew-size/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -67,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let json = arguments.json.as_deref();
     overwrite::refuse([("NETWORK", network.as_path())], [("--json", json)])?;
-    let said = Said::beside([json]).quiet(arguments.quiet);
+    let said = Said::beside([json], arguments.quiet);
     let mut document = json!({
         "format": "sinew-size/1",
         "name": null,

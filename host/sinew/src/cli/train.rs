@@ -71,10 +71,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             ),
         ],
     )?;
-    let said = Said::beside([arguments.json.as_deref(), arguments.report.as_deref()])
-        .quiet(arguments.common.quiet);
+    let said = Said::beside(
+        [arguments.json.as_deref(), arguments.report.as_deref()],
+        arguments.common.quiet,
+    );
     let rig = rig_file::load(&arguments.rig)?;
-    if let Some(line) = shared_values(&rig).filter(|_| !arguments.common.quiet) {
+    if let Some(line) = shared_values(&rig) {
         said.line(line);
     }
     let plant = Plant::new(&rig)?;

@@ -111,8 +111,16 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     refuse(arguments)?;
     let rig = rig_file::load(&arguments.rig)?;
-    if let Some(line) = shared_values(&rig).filter(|_| !arguments.common.quiet) {
-        println!("{line}");
+    let said = Said::beside(
+        [
+            Some(arguments.out.as_path()),
+            arguments.json.as_deref(),
+            arguments.report.as_deref(),
+        ],
+        arguments.common.quiet,
+    );
+    if let Some(line) = shared_values(&rig) {
+        said.line(line);
     }
     let Recordings { fit, test } = &arguments.recordings;
     let mut ready = ModelLoop::load(&arguments.rig, None, fit, test, arguments.common.seed)?;
@@ -164,12 +172,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         save(folder, &spec)?;
     }
 
-    let said = Said::beside([
-        Some(arguments.out.as_path()),
-        arguments.json.as_deref(),
-        arguments.report.as_deref(),
-    ])
-    .quiet(arguments.common.quiet);
     let objective = format!(
         "objective: {}, of {} over references that are not reported on; reported: {}",
         arguments.objective.name(),

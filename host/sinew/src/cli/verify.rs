@@ -44,7 +44,7 @@ pub struct Arguments {
     /// File for the comparison as JSON (sinew-verify/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         [("NETWORK", arguments.network.as_path())],
         [("--json", json)],
     )?;
-    let said = Said::beside([json]).quiet(arguments.quiet);
+    let said = Said::beside([json], arguments.quiet);
     let network = import::read(&arguments.network).map_err(Error::refused)?;
     let rounding = sinew_nn::import::rounding(&arguments.network).map_err(Error::refused)?;
     let reach = rounding.and_then(|rounding| rounding.input);

@@ -36,7 +36,7 @@ pub struct Arguments {
     /// File for pins and remarks as JSON (sinew-wire/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -79,8 +79,10 @@ fn first(arguments: &Arguments, signals: &Signals) -> Result<()> {
     }
     sinew_files::write(&out, &text)?;
     let json = arguments.json.as_deref();
-    let said = Said::beside([Some(out.as_path()), arguments.picture.as_deref(), json])
-        .quiet(arguments.quiet);
+    let said = Said::beside(
+        [Some(out.as_path()), arguments.picture.as_deref(), json],
+        arguments.quiet,
+    );
     said.wrote(&out);
     arguments.picture.iter().for_each(|path| said.wrote(path));
     let file = if sinew_files::is_output(&out) {
@@ -110,7 +112,7 @@ fn checked(arguments: &Arguments, file: &Path, signals: &Signals) -> Result<()> 
         return Err(refused(Some(file), &faults));
     }
     let json = arguments.json.as_deref();
-    let said = Said::beside([arguments.picture.as_deref(), json]).quiet(arguments.quiet);
+    let said = Said::beside([arguments.picture.as_deref(), json], arguments.quiet);
     said.line(sinew_wiring::table(&wiring, board).trim_end());
     remarks.iter().for_each(|remark| said.line(remark));
     if let Some(path) = &arguments.picture {

@@ -14,7 +14,7 @@ use crate::schema::{schema, violations};
 
 /// Short motions: the emulator runs in real time.
 const LINE: &str = "commission mass-spring-damper.toml --out trial --rehearse --sweep-seconds 4 \
-                    --seconds 6 --quiet";
+                    --seconds 6";
 
 fn rehearsal(desk: &Desk, more: &str) -> Command {
     let mut command = desk.command(&format!("{LINE} {more}"));

@@ -21,7 +21,7 @@ fn a_table_of_loads_gives_the_stiffness_and_leaves_the_mass() {
     let desk = desk();
     let said = desk.succeed(
         "fit demo.toml --static --fit loads.csv --test others.csv --json fit.json \
-         --out fitted.toml --quiet",
+         --out fitted.toml",
     );
     assert!(said.contains("not determined by these rests"), "{said}");
     assert!(said.contains("test  q_m: error at rest"), "{said}");

@@ -52,7 +52,7 @@ fn desk() -> Desk {
 }
 
 const FLEET: &str = "fleet mass-spring-damper.toml --fit a.csv --fit b.csv --device c=c.csv \
-                     --device d=d.csv --out fleet.toml --quiet";
+                     --device d=d.csv --out fleet.toml";
 
 #[test]
 fn four_devices_give_a_file_that_a_fit_takes() {

@@ -9,9 +9,8 @@ fn fit_writes_a_rig_that_keeps_its_comments() {
     let desk = Desk::new();
     desk.bring("rigs/mass-spring-damper.toml")
         .bring("rigs/mass-spring-damper.fit.csv");
-    let said = desk.succeed(
-        "fit mass-spring-damper.toml --fit mass-spring-damper.fit.csv --out fitted.toml --quiet",
-    );
+    let said = desk
+        .succeed("fit mass-spring-damper.toml --fit mass-spring-damper.fit.csv --out fitted.toml");
     assert!(said.contains("coil.stiffness"), "{said}");
     let (before, after) = (
         desk.read("mass-spring-damper.toml"),
@@ -105,8 +104,7 @@ fn new_writes_a_rig_that_fit_accepts() {
     let desk = Desk::new();
     desk.bring("rigs/mass-spring-damper.fit.csv");
     desk.succeed("new mass-spring-damper.fit.csv --yes --spring yes --inertia 1.1 --out rig.toml");
-    let said =
-        desk.succeed("fit rig.toml --fit mass-spring-damper.fit.csv --out fitted.toml --quiet");
+    let said = desk.succeed("fit rig.toml --fit mass-spring-damper.fit.csv --out fitted.toml");
     assert!(said.contains("free-run error"), "{said}");
     Rig::load(desk.path("fitted.toml")).expect("what fit writes can be read");
     let again = desk.sinew("new mass-spring-damper.fit.csv --yes --out rig.toml");

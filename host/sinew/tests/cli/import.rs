@@ -111,7 +111,7 @@ fn a_search_by_gradients_says_how_it_went_and_lowers_the_firmwares_own_objective
     );
     let said = desk.succeed(&format!(
         "tune rig.toml model --fit mass-spring-damper.fit.csv --out tuned.toml --model-out tuned --mpc-only \
-         --by gradient --evaluations 25 --plants 2 --horizons 12 --control-horizons 4 --build-dir {} --quiet \
+         --by gradient --evaluations 25 --plants 2 --horizons 12 --control-horizons 4 --build-dir {} \
          --json tuned.json",
         images().display()
     ));

@@ -28,8 +28,7 @@ const LINE: &str = "learn block.toml --at pad --fit block.fit.csv --check block.
 fn a_law_is_written_and_another_rig_takes_it() {
     let desk = desk();
     let said = desk.succeed(&format!(
-        "{LINE} --out pad.law.toml --rig-out learned.toml --json learn.json --report pad.html \
-         --quiet"
+        "{LINE} --out pad.law.toml --rig-out learned.toml --json learn.json --report pad.html"
     ));
     assert!(said.contains("check q_m: free-run error"), "{said}");
     assert!(said.contains("next: `law = \"pad.law.toml\"`"), "{said}");

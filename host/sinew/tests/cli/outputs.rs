@@ -320,3 +320,30 @@ fn a_file_on_standard_output_stands_there_alone() {
         Rig::parse(&text, "stdout").unwrap_or_else(|error| panic!("{line}: {error}\n{text}"));
     }
 }
+
+/// With `--quiet` or not, the document is all that standard output has.
+#[test]
+fn a_document_on_standard_output_is_json_alone_for_every_verb() {
+    let desk = desk();
+    let mut seen = 0;
+    for (line, flag) in QUICK.iter().filter(|(_, flag)| *flag == "--json") {
+        let loud = line.replace(" --quiet", "");
+        let quiet = match line.starts_with("explain") {
+            true => loud.clone(),
+            false => format!("{loud} --quiet"),
+        };
+        for line in [loud, quiet] {
+            let output = run(&desk, (line.clone().leak(), flag), "-");
+            let errors = errors(&output);
+            assert_eq!(output.status.code(), Some(0), "{line}\n{errors}");
+            let document = serde_json::from_slice::<serde_json::Value>(&output.stdout);
+            assert!(document.is_ok(), "{line} --json -: {document:?}");
+            if line.ends_with("--quiet") {
+                let remark = errors.lines().find(|line| !line.starts_with("warning: "));
+                assert_eq!(remark, None, "{line} --json -\n{errors}");
+            }
+            seen += 1;
+        }
+    }
+    assert!(seen >= 24, "{seen}");
+}

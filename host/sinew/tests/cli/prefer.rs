@@ -19,7 +19,7 @@ fn desk() -> Desk {
 fn prefer(desk: &Desk, flags: &str, typed: &str) -> (Option<i32>, String, String) {
     let line = format!(
         "prefer mass-spring-damper.toml {} --fit mass-spring-damper.fit.csv --answers \
-         answers.json --candidates 12 --quiet --build-dir {} --out liked.toml {flags}",
+         answers.json --candidates 12 --build-dir {} --out liked.toml {flags}",
         checkout().join("models/demo-state").display(),
         images().display()
     );
