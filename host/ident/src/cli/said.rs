@@ -53,10 +53,10 @@ impl Said {
         }
     }
 
-    /// Something that may be wrong; `--quiet` shows it on standard error.
+    /// Something that may be wrong: on standard error, with `--quiet` too.
     pub fn warning(self, text: impl Display) {
-        let aside = self.aside || self.quiet;
-        Self { aside, ..self }.question(format!("warning: {text}"));
+        let text = format!("warning: {text}");
+        eprintln!("{}", colour::shown(&text, Stream::Error));
     }
 
     /// The step that comes next: every verb ends with one.

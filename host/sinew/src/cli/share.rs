@@ -81,7 +81,7 @@ pub struct Arguments {
     /// Seed of the privacy noise, for tests alone: who knows it can take the noise away.
     #[arg(long)]
     seed: Option<u64>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
     #[command(flatten)]
@@ -294,7 +294,7 @@ fn said(
     budget: &Budget,
     (release, shared): (&Release, &Shared),
 ) {
-    let said = Said::beside([arguments.json.as_deref()]).quiet(arguments.quiet);
+    let said = Said::beside([arguments.json.as_deref()], arguments.quiet);
     let mut table = Table::new("", ["parameter", "mean", "expected error", "region"]);
     for (k, side) in region.sides.iter().enumerate() {
         let end = |at: f64| {

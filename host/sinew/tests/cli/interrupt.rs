@@ -170,7 +170,7 @@ fn fit_into(results: &str, output: Stdio) -> (Option<i32>, String) {
     desk.bring("rigs/mass-spring-damper.toml")
         .bring("rigs/mass-spring-damper.fit.csv");
     let mut command = desk.command(&format!(
-        "fit mass-spring-damper.toml --fit mass-spring-damper.fit.csv {results} --quiet"
+        "fit mass-spring-damper.toml --fit mass-spring-damper.fit.csv {results}"
     ));
     let output = command.stdout(output).stderr(Stdio::piped()).output();
     let output = output.expect("the program starts");
