@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     let rig = arguments.rig.iter().map(|path| ("--rig", path.as_path()));
     overwrite::refuse(read.chain(rig), [("--json", arguments.json.as_deref())])?;
     let rig = arguments.rig.as_ref().map(Rig::load).transpose()?;
-    let recordings = arguments.repairs.read(&arguments.files)?;
+    let recordings = arguments.repairs.read(&arguments.files, arguments.quiet)?;
     for recording in &recordings {
         require_columns(recording, rig.as_ref())?;
     }

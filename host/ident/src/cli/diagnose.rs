@@ -85,12 +85,12 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         // Better refused now than after the search.
         changes(&rig, original)?;
     }
-    let recordings = Recordings {
-        fit: arguments.repairs.read(&arguments.fit)?,
-        check: arguments.repairs.read(&arguments.check)?,
-        test: arguments.repairs.read(&arguments.test)?,
-    };
     let quiet = arguments.common.quiet;
+    let recordings = Recordings {
+        fit: arguments.repairs.read(&arguments.fit, quiet)?,
+        check: arguments.repairs.read(&arguments.check, quiet)?,
+        test: arguments.repairs.read(&arguments.test, quiet)?,
+    };
     let all = [&recordings.fit, &recordings.check, &recordings.test];
     require(&rig, all.into_iter().flatten())?;
     let checks = arguments

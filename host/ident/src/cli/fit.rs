@@ -254,7 +254,7 @@ enum Kind {
 impl Kind {
     fn read(self, arguments: &Arguments, paths: &[PathBuf]) -> Result<Vec<Recording>> {
         match self {
-            Self::Motions => arguments.repairs.read(paths),
+            Self::Motions => arguments.repairs.read(paths, arguments.quiet),
             Self::Rests => arguments.repairs.read_tables(paths),
         }
     }

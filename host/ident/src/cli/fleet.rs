@@ -117,7 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     )?;
     let rig = Rig::load(&arguments.rig)?;
     let recorded = devices.into_iter().map(|(name, paths)| {
-        let recordings = arguments.repairs.read(&paths)?;
+        let recordings = arguments.repairs.read(&paths, arguments.quiet)?;
         Ok(Recorded { name, recordings })
     });
     let recorded = recorded.collect::<Result<Vec<Recorded>>>()?;

@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     refuse_overwriting(arguments)?;
     let begun = Instant::now();
     let rig = Rig::load(&arguments.rig)?;
-    let read = |paths: &[PathBuf]| arguments.repairs.read(paths);
+    let read = |paths: &[PathBuf]| arguments.repairs.read(paths, arguments.quiet);
     let recordings = read(&arguments.fit)?;
     let (check, test) = (read(&arguments.check)?, read(&arguments.test)?);
     let all = || recordings.iter().chain(&check).chain(&test);

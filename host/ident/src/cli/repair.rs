@@ -30,17 +30,28 @@ enum Unit {
     H,
 }
 
-/// Reads a recording, and says on standard error by which rules a log of another program became
-/// one.
+/// Reads a recording; unless `quiet`, says on standard error by which rules a log of another
+/// program became one.
 ///
 /// # Errors
 /// As [`Recording::read`].
-pub fn read_recording(path: impl AsRef<Path>) -> Result<Recording> {
+pub fn read_recording(path: impl AsRef<Path>, quiet: bool) -> Result<Recording> {
     let recording = Recording::read(&path)?;
-    for note in recording.notes() {
-        eprintln!("{}: {note}", path.as_ref().display());
+    if !quiet {
+        for note in recording.notes() {
+            eprintln!("{}: {note}", path.as_ref().display());
+        }
     }
     Ok(recording)
+}
+
+/// Reads recordings as [`read_recording`] does.
+///
+/// # Errors
+/// As [`Recording::read`].
+pub fn read_recordings(paths: &[PathBuf], quiet: bool) -> Result<Vec<Recording>> {
+    let read = |path: &PathBuf| read_recording(path, quiet);
+    paths.iter().map(read).collect()
 }
 
 /// Repairs of all recordings that a verb reads.
@@ -65,14 +76,13 @@ pub struct Repairs {
 }
 
 impl Repairs {
-    /// Reads recordings and mends them; says on standard error by which rules a log of another
-    /// program became one.
+    /// Reads recordings and mends them; `quiet` as for [`read_recording`].
     ///
     /// # Errors
     /// As [`Recording::read`] and [`Repair::apply`].
-    pub fn read(&self, paths: &[PathBuf]) -> Result<Vec<Recording>> {
+    pub fn read(&self, paths: &[PathBuf], quiet: bool) -> Result<Vec<Recording>> {
         let repair = self.repair();
-        let read = |path: &PathBuf| repair.apply(read_recording(path)?);
+        let read = |path: &PathBuf| repair.apply(read_recording(path, quiet)?);
         paths.iter().map(read).collect()
     }
 

@@ -13,7 +13,7 @@ use crate::pipeline::learn::save;
 use crate::pipeline::soft_sensor::{attach, sensor_line};
 use crate::rig_file;
 use sinew_ident::cli::overwrite;
-use sinew_ident::cli::repair::read_recording;
+use sinew_ident::cli::repair::read_recordings;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 
@@ -68,8 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     )?;
     let rig = rig_file::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
-    let read = arguments.fit.iter().map(read_recording);
-    let recordings = read.collect::<Result<Vec<_>>>()?;
+    let recordings = read_recordings(&arguments.fit, arguments.quiet)?;
     let task = ControlProblem::new(&rig, &plant, &recordings, &recordings[0])?;
     if !task.sensed {
         return Err(

@@ -192,7 +192,7 @@ fn commission(arguments: &Arguments, said: Said, begun: &mut bool) -> Result<()>
         said.line("nothing is left to do; --again STEP takes a step again, and those after it");
         return Ok(());
     }
-    unread_lines(&work.setup);
+    unread_lines(&work.setup, said);
     let on_board: Vec<Step> = steps.iter().copied().filter(|s| s.is_on_board()).collect();
     if !on_board.is_empty() {
         let is_there = arguments.rehearse || arguments.port.is_some() || arguments.probe.is_some();
@@ -292,20 +292,20 @@ fn say(said: Said, step: Step, lines: &[String]) {
     lines.iter().for_each(|line| said.line(format!("  {line}")));
 }
 
-/// Notes on standard error about sensors that the board does not read.
-fn unread_lines(setup: &Setup) {
+/// Warnings of sensors that the board does not read.
+fn unread_lines(setup: &Setup, said: Said) {
     if !setup.unread.is_empty() {
-        eprintln!(
+        said.warning(format!(
             "not read by the board, and left out of {RIG}: {}; `outputs` of [control] and \
              `channels` of [network] name what it reads",
             setup.unread.join(", ")
-        );
+        ));
     }
     if !setup.sensed.is_empty() {
-        eprintln!(
+        said.warning(format!(
             "said by a soft sensor, so `check` and what follows need a camera: {}",
             setup.sensed.join(", ")
-        );
+        ));
     }
 }
 

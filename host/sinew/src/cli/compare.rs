@@ -138,7 +138,9 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         ],
     )?;
     let mut ready = of_loop.load(arguments.plant.as_deref())?;
-    arguments.conditions.apply(&mut ready)?;
+    arguments
+        .conditions
+        .apply(&mut ready, of_loop.common.quiet)?;
     if let Some(fleet) = &arguments.fleet {
         ready.take_fleet(fleet)?;
     }

@@ -42,15 +42,15 @@ impl Conditions {
         )
     }
 
-    /// Puts a loop under them.
+    /// Puts a loop under them; `quiet` leaves out remarks about the path's file.
     ///
     /// # Errors
     /// A path that cannot be read or lacks an output.
-    pub fn apply(&self, ready: &mut ModelLoop) -> Result<()> {
+    pub fn apply(&self, ready: &mut ModelLoop, quiet: bool) -> Result<()> {
         ready.disturbance = self.disturbance;
         ready.delay_s = self.delay;
         if let Some(path) = &self.reference {
-            ready.follow(path)?;
+            ready.follow(path, quiet)?;
         }
         Ok(())
     }

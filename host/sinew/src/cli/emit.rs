@@ -106,9 +106,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         said.next(size);
         return result::write(json, || document(arguments, network.as_ref(), Some(&spec)));
     }
-    let wired = project::wired::wired(arguments.wiring.as_deref(), &spec, None)?;
+    let wired = project::wired::wired(arguments.wiring.as_deref(), &spec, None, arguments.quiet)?;
     let kept = project::write_wired(&arguments.out, &spec, arguments.optimise, &wired)?;
-    kept_lines(said, &kept);
+    eprint!("{}", project::kept(&kept));
     said.line(format!(
         "{}: the model, as Rust",
         arguments.out.join("model").display()
@@ -126,13 +126,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// Files that were left as they are, a line each.
-fn kept_lines(said: Said, kept: &[project::Kept]) {
-    let text = project::kept(kept);
-    if !text.is_empty() {
-        said.line(text.trim_end());
-    }
-}
-
 /// `sinew-emit/1`: what was written, for programs.
 fn document(
     arguments: &Arguments,
@@ -191,7 +184,7 @@ fn for_c(arguments: &Arguments, spec: &ModelSpec, said: Said) -> Result<Option<N
         None => Some(network(arguments, said)?),
         Some(_) => None,
     };
-    kept_lines(said, &kept);
+    eprint!("{}", project::kept(&kept));
     let stage = Stage::begin("build the controller's libraries", arguments.quiet);
     let built = c_library::build(&folder, &arguments.out.join("target"))?;
     stage.end("for a Cortex-M4F and for this computer");

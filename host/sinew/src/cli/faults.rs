@@ -100,7 +100,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .chain(recordings.map(|p| ("a recording", p.as_path())));
     overwrite::refuse(read, [("--json", arguments.json.as_deref())])?;
     let mut ready = of_loop.load(arguments.plant.as_deref())?;
-    arguments.conditions.apply(&mut ready)?;
+    arguments
+        .conditions
+        .apply(&mut ready, of_loop.common.quiet)?;
     if let Some(count) = arguments.draws {
         ready.draw(arguments.spread, count);
     }

@@ -75,7 +75,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let chip = chip(board)?;
     ready()?;
     let spec = store::load(model).map_err(Error::refused)?;
-    let wired = project::wired::wired(arguments.wiring.as_deref(), &spec, Some(board.folder()))?;
+    let (wiring, folder) = (arguments.wiring.as_deref(), Some(board.folder()));
+    let wired = project::wired::wired(wiring, &spec, folder, arguments.quiet)?;
     let kept = project::write_wired(&arguments.out, &spec, arguments.optimise, &wired)?;
     eprint!("{}", project::kept(&kept));
     let cache = arguments.build_dir.as_deref();

@@ -15,7 +15,7 @@ use crate::pipeline::learn::save;
 use crate::pipeline::soft_sensor::{attach, sensor_line};
 use crate::rig_file;
 use sinew_ident::cli::overwrite::{self, identity};
-use sinew_ident::cli::repair::read_recording;
+use sinew_ident::cli::repair::read_recordings;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::report::quantity;
@@ -134,7 +134,7 @@ fn model(arguments: &Arguments, rig_path: &Path, out: &Path, said: Said) -> Resu
     let text = commands::import(&network, None).map_err(Error::refused)?;
     let rig = rig_file::load(rig_path)?;
     let plant = Plant::new(&rig)?;
-    let read = |paths: &[PathBuf]| paths.iter().map(read_recording).collect::<Result<Vec<_>>>();
+    let read = |paths: &[PathBuf]| read_recordings(paths, arguments.quiet);
     let (fit, test) = (read(&arguments.fit)?, read(&arguments.test)?);
     let task = ControlProblem::new(&rig, &plant, &fit, test.first().unwrap_or(&fit[0]))?;
     let mut spec = adopt(&rig, &plant, &task, &fit, (&network, &arguments.network))?;

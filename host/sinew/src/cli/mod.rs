@@ -193,6 +193,7 @@ impl LoopArguments {
             &self.recordings.fit,
             &self.recordings.test,
             self.common.seed,
+            self.common.quiet,
         )
     }
 

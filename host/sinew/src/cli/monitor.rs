@@ -77,7 +77,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let line = format!("serving at ws://{}", server.address);
         match &mut screen {
             Some(screen) => screen.say(&line),
-            None => eprintln!("{line}"),
+            None if !arguments.quiet => eprintln!("{line}"),
+            None => {}
         }
     }
     let outputs = Outputs {

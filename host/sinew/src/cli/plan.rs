@@ -95,7 +95,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let goals = goals.collect::<Result<Vec<Goal>>>()?;
     let rig = rig_file::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
-    let path = arguments.through.as_ref().map(read_recording).transpose()?;
+    let read = |path| read_recording(path, arguments.quiet);
+    let path = arguments.through.as_ref().map(read).transpose()?;
     let rate_hz = match arguments.rate {
         Some(rate) => rate,
         None => control_rate_hz(&arguments.rig)?.unwrap_or(Options::default().rate_hz),

@@ -84,8 +84,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     refuse(arguments)?;
     let rig = rig_file::load(&arguments.rig)?;
     let Recordings { fit, test } = &arguments.recordings;
-    let mut ready = ModelLoop::load(&arguments.rig, None, fit, test, arguments.common.seed)?;
-    arguments.conditions.apply(&mut ready)?;
+    let (seed, quiet) = (arguments.common.seed, arguments.common.quiet);
+    let mut ready = ModelLoop::load(&arguments.rig, None, fit, test, seed, quiet)?;
+    arguments.conditions.apply(&mut ready, quiet)?;
     let spec = ready.model(&arguments.model)?;
     let kept = Document::read(&arguments.answers)?;
     project::ready(Board::Host)?;

@@ -41,7 +41,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ],
     )?;
     let json = arguments.json.as_deref();
-    let input = read_recording(&arguments.input)?;
+    let input = read_recording(&arguments.input, arguments.quiet)?;
     let names = arguments.live.names(true)?;
     let (mut device, identity) = arguments.live.connect(&names)?;
     let rows = excitation(&input, &names, identity.rate_mhz)?;

@@ -125,7 +125,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     design(&plant, &arguments.rig, &inputs.design)?;
     let recorded = files.into_iter().map(|(name, paths)| {
-        let recordings = arguments.repairs.read(&paths)?;
+        let recordings = arguments.repairs.read(&paths, arguments.quiet)?;
         Ok(Recorded { name, recordings })
     });
     let recorded = recorded.collect::<Result<Vec<Recorded>>>()?;
@@ -144,7 +144,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     })?;
     stage.end(count(of, "device"));
     if places.unfitted > 0 {
-        Said::beside([arguments.json.as_deref()]).warning(format!(
+        Said::beside([arguments.json.as_deref()], arguments.quiet).warning(format!(
             "{} of {} could not be fitted and count as the rig's own numbers; this is private, and \
              no file says it",
             places.unfitted,

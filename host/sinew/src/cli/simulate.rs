@@ -125,7 +125,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     )?;
     let rig = rig_file::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
-    let recording = read_recording(&arguments.input)?;
+    let recording = read_recording(&arguments.input, arguments.quiet)?;
     let inputs = columns(&recording, plant.inputs())?;
     let drive = driven(&plant, &recording, &inputs)?;
     let said = Said::beside(

@@ -19,7 +19,7 @@ use crate::rig_file;
 use sinew_ident::cli::fit::fleet;
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::progress::Stage;
-use sinew_ident::cli::repair::read_recording;
+use sinew_ident::cli::repair::read_recordings;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::free_runs;
@@ -56,7 +56,7 @@ pub struct Arguments {
 /// # Errors
 /// A bad file, or a training that does not converge.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let read = |paths: &[PathBuf]| paths.iter().map(read_recording).collect::<Result<Vec<_>>>();
+    let read = |paths: &[PathBuf]| read_recordings(paths, arguments.common.quiet);
     let Recordings { fit, test } = &arguments.recordings;
     let recordings = fit.iter().chain(test).chain(&arguments.fleet);
     overwrite::refuse(

@@ -123,8 +123,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         said.line(line);
     }
     let Recordings { fit, test } = &arguments.recordings;
-    let mut ready = ModelLoop::load(&arguments.rig, None, fit, test, arguments.common.seed)?;
-    arguments.conditions.apply(&mut ready)?;
+    let (seed, quiet) = (arguments.common.seed, arguments.common.quiet);
+    let mut ready = ModelLoop::load(&arguments.rig, None, fit, test, seed, quiet)?;
+    arguments.conditions.apply(&mut ready, quiet)?;
     if let Some(fleet) = &arguments.fleet {
         ready.take_fleet(fleet)?;
     }

@@ -17,7 +17,7 @@ use crate::project::image::Sizes;
 use crate::project::{self, Board, Optimise};
 use crate::rig_file;
 use sinew_ident::cli::progress::Stage;
-use sinew_ident::cli::repair::read_recording;
+use sinew_ident::cli::repair::{read_recording, read_recordings};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fleet::parameters;
 use sinew_ident::population::Fleet;
@@ -60,7 +60,7 @@ pub struct ModelLoop {
 impl ModelLoop {
     /// Reads the files and checks that they belong together. The plant of the loop is that of
     /// `real` as it is written, or else the rig's with every free parameter moved; the task is the
-    /// rig's either way.
+    /// rig's either way. `quiet` as for [`read_recording`].
     ///
     /// # Errors
     /// A bad file, or a real rig with other inputs or sensors.
@@ -70,8 +70,9 @@ impl ModelLoop {
         fit: &[PathBuf],
         test: &[PathBuf],
         seed: u64,
+        quiet: bool,
     ) -> Result<Self> {
-        let read = |paths: &[PathBuf]| paths.iter().map(read_recording).collect::<Result<Vec<_>>>();
+        let read = |paths: &[PathBuf]| read_recordings(paths, quiet);
         let rig = rig_file::load(rig)?;
         let plant = Plant::new(&rig)?;
         let (recordings, tests) = (read(fit)?, read(test)?);
@@ -202,12 +203,12 @@ impl ModelLoop {
         self.moved.clear();
     }
 
-    /// Asks for the path of a file.
+    /// Asks for the path of a file; `quiet` as for [`read_recording`].
     ///
     /// # Errors
     /// A bad file, or one without a column an output.
-    pub fn follow(&mut self, path: &Path) -> Result<()> {
-        self.task.follow(&read_recording(path)?, &self.plant)
+    pub fn follow(&mut self, path: &Path, quiet: bool) -> Result<()> {
+        self.task.follow(&read_recording(path, quiet)?, &self.plant)
     }
 
     /// Units of the outputs.

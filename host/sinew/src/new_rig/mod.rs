@@ -107,7 +107,7 @@ pub fn run(options: &NewRigOptions) -> Result<NewRig> {
     refuse_existing(&path, options.replace)?;
     let mut recordings = options
         .repairs
-        .read(std::slice::from_ref(&options.recording))?;
+        .read(std::slice::from_ref(&options.recording), options.quiet)?;
     let recording = recordings.remove(0);
     let checks = sinew_ident::check::check(std::slice::from_ref(&recording), None);
     options.repairs.judge(&checks)?;

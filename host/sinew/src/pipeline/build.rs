@@ -319,8 +319,8 @@ fn find(
 fn load(request: &Request) -> Result<(Rig, Vec<Recording>, Vec<Recording>)> {
     let rig = rig_file::load(&request.rig)?;
     let (recordings, tests) = (
-        request.repairs.read(&request.fit)?,
-        request.repairs.read(&request.test)?,
+        request.repairs.read(&request.fit, request.quiet)?,
+        request.repairs.read(&request.test, request.quiet)?,
     );
     if recordings.is_empty() {
         return Err(no_recording());

@@ -159,7 +159,7 @@ pub fn is_free(folder: &Path) -> Result<()> {
     written::is_free(folder, sources.chain(["model/Cargo.toml"]))
 }
 
-/// Lines about edited files that stayed as they are; empty of none.
+/// Warnings of edited files that stayed as they are; empty of none.
 pub fn kept(files: &[Kept]) -> String {
     let line = |Kept { path, new }: &Kept| {
         let beside = if *new {
@@ -167,7 +167,7 @@ pub fn kept(files: &[Kept]) -> String {
         } else {
             ""
         };
-        format!("{}: edited, so it stays{beside}\n", path.display())
+        format!("warning: {}: edited, so it stays{beside}\n", path.display())
     };
     files.iter().map(line).collect()
 }

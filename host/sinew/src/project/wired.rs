@@ -18,12 +18,16 @@ const LARGEST: u64 = 1 << 20;
 
 /// Pins and scales of a controller's board from a wiring; none without one.
 ///
+/// Remarks of its check go to standard error unless `quiet`. Remarks go to
+/// standard error unless `quiet`.
+///
 /// # Errors
 /// A bad wiring, one for another board than `named`, or one that does not fit the model.
 pub fn wired(
     file: Option<&Path>,
     spec: &ModelSpec,
     named: Option<&str>,
+    quiet: bool,
 ) -> Result<Vec<SourceFile>> {
     let Some(file) = file else {
         return Ok(Vec::new());
@@ -41,7 +45,9 @@ pub fn wired(
     if !faults.is_empty() {
         return Err(refused(Some(file), &faults));
     }
-    remarks.iter().for_each(|remark| eprintln!("{remark}"));
+    if !quiet {
+        remarks.iter().for_each(|remark| eprintln!("{remark}"));
+    }
     Ok(sinew_wiring::sources(&wiring, &signals, board).into())
 }
 
