@@ -77,7 +77,9 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         .json
         .as_deref()
         .is_some_and(sinew_files::is_output);
-    if !on_output {
+    if arguments.quiet && !on_output {
+        super::fault_text::print(&found);
+    } else if !on_output {
         let mut lines = text(&found);
         if found.is_empty() {
             lines += &format!("no fault found in {}\n", names(&recordings));

@@ -1,6 +1,12 @@
 //! Faults of recordings, for a person.
 
+use super::colour::{self, Stream};
 use crate::check::Check;
+
+/// Prints the faults on standard error.
+pub(super) fn print(checks: &[Check]) {
+    eprint!("{}", colour::shown(&text(checks), Stream::Error));
+}
 
 /// The faults for a person, in lines of 80 columns.
 pub(super) fn text(checks: &[Check]) -> String {

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use sinew_sim::Rig;
 
-use super::colour::{self, Stream};
 use super::progress::Stage;
 use crate::check::{Check, KINDS, check};
 use crate::error::{Error, Result};
@@ -190,8 +189,7 @@ impl Repairs {
         };
         let shown = checks.iter().filter(|check| !answered(check));
         let shown: Vec<Check> = shown.cloned().collect();
-        let text = super::fault_text::text(&shown);
-        eprint!("{}", colour::shown(&text, Stream::Error));
+        super::fault_text::print(&shown);
         self.refuse(checks)
     }
 

@@ -92,3 +92,26 @@ fn a_mechanism_becomes_a_rig_and_its_correction_a_list_of_changes() {
     desk.succeed("new --mjcf chain.xml --joint elbow --out elbow.toml");
     assert!(desk.read("elbow.toml").contains("input = \"m2_Nm\""));
 }
+
+#[test]
+fn quiet_keeps_back_remarks_about_a_log_and_shows_its_faults() {
+    let desk = desk(&["logs/bam.json"]);
+    let errors = |line: &str| {
+        let output = desk.sinew(line);
+        let (text, errors) = (output.stdout, output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{line}");
+        [text, errors].map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+    };
+    let (remark, fault) = ("left out: `kp` = 200.0", "warning: dead_channel");
+    let [text, loud] = errors("check bam.json");
+    assert!(
+        loud.contains(remark) && text.contains(fault),
+        "{loud}{text}"
+    );
+    let [text, quiet] = errors("check bam.json --quiet");
+    assert!(
+        quiet.starts_with("bam.json:2: warning: dead_channel\n"),
+        "{quiet}"
+    );
+    assert!(text.is_empty() && !quiet.contains(remark), "{text}{quiet}");
+}
