@@ -40,7 +40,16 @@ impl<'a> Source<'a> {
         }
         Document::parse(self.text).map_err(|error| {
             let message = error.message().trim().replace('\n', ", ");
-            self.error(error.span(), format!("not valid TOML: {message}"))
+            let refused = self.error(error.span(), format!("not valid TOML: {message}"));
+            // The likeliest other file: a mechanism of MuJoCo or ROS.
+            let is_of = |root: &str| self.text.contains(root);
+            if is_of("<mujoco") {
+                refused.helped("this is MJCF: `sinew new --mjcf FILE` writes a rig of it")
+            } else if is_of("<robot") {
+                refused.helped("this is URDF: `sinew new --urdf FILE` writes a rig of it")
+            } else {
+                refused
+            }
         })
     }
 

@@ -133,6 +133,8 @@ fn files_that_are_no_rig_are_refused() {
         "  \n\t\n",
         "# a comment\n",
         "just words",
+        "<?xml version=\"1.0\"?>\n<mujoco model=\"arm\"/>",
+        "<robot name=\"arm\"/>",
         only_head,
         "body = 3\nformat = \"sinew-rig/1\"\nname = \"x\"",
     ] {
