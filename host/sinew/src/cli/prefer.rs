@@ -295,9 +295,12 @@ impl Sheet<'_> {
     /// Shows a question: table, page, and the line that asks.
     fn show(&self, (number, most): (usize, usize), pair: [usize; 2], talk: bool) -> Result<()> {
         let table = self.table(pair, ["A", "B"]);
-        let say = |text: String| match talk {
-            true => self.said.question(text),
-            false => self.said.line(text),
+        let say = |text: String| {
+            if talk {
+                self.said.question(text);
+            } else {
+                self.said.line(text);
+            }
         };
         say(format!("\nquestion {number} of at most {most}"));
         say(table.text().trim_end().to_string());

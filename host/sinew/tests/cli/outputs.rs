@@ -328,9 +328,10 @@ fn a_document_on_standard_output_is_json_alone_for_every_verb() {
     let mut seen = 0;
     for (line, flag) in QUICK.iter().filter(|(_, flag)| *flag == "--json") {
         let loud = line.replace(" --quiet", "");
-        let quiet = match line.starts_with("explain") {
-            true => loud.clone(),
-            false => format!("{loud} --quiet"),
+        let quiet = if line.starts_with("explain") {
+            loud.clone()
+        } else {
+            format!("{loud} --quiet")
         };
         for line in [loud, quiet] {
             let output = run(&desk, (line.clone().leak(), flag), "-");
