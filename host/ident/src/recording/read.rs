@@ -125,6 +125,15 @@ fn header(source: &Source, record: &ByteRecord, rows: Rows) -> Result<Vec<String
     Ok(names)
 }
 
+/// Last words of a name of times in another unit than seconds, and the unit on the command line.
+const UNITS: [(&[&str], &str); 5] = [
+    (&["ms", "msec", "millis", "milliseconds"], "ms"),
+    (&["us", "µs", "usec", "micros", "microseconds"], "us"),
+    (&["ns", "nsec", "nanos", "nanoseconds"], "ns"),
+    (&["min", "minutes"], "min"),
+    (&["h", "hours"], "h"),
+];
+
 /// Why the first name is not `t`: the separator, a header that is not there, or another name.
 fn first_name(source: &Source, record: &ByteRecord, name: &str) -> Error {
     let error = source
@@ -140,12 +149,19 @@ fn first_name(source: &Source, record: &ByteRecord, name: &str) -> Error {
         return error.help("the line with the column names seems to be missing");
     }
     let lower = name.to_lowercase();
-    if matches!(
-        lower.as_str(),
-        "t" | "s" | "t_s" | "t [s]" | "t[s]" | "t (s)" | "t(s)"
-    ) || lower.starts_with("time")
-    {
-        return error.help("rename it to `t` if it is in seconds");
+    let mut words = lower
+        .split(|c: char| !c.is_alphanumeric())
+        .filter(|word| !word.is_empty());
+    let (first, last) = (words.next().unwrap_or_default(), words.next_back());
+    if matches!(first, "t" | "s") || first.starts_with("time") {
+        let last = last.unwrap_or_default();
+        let other = UNITS.iter().find(|(units, _)| units.contains(&last));
+        return match other {
+            Some((_, unit)) => error.help(format!(
+                "rename it to `t`, and say its unit: --time-unit {unit}"
+            )),
+            None => error.help("rename it to `t` if it is in seconds"),
+        };
     }
     if let Some(line) = source.line_of_names(record) {
         return error.help(format!(

@@ -109,6 +109,17 @@ fn every_refusal_names_file_line_and_column() {
         assert!(message.starts_with(start), "{text:?}\n{message}");
     }
     assert!(refusal("t;q_m\n0;1\n").contains("separate them by `,`"));
+    // Renamed alone, these times would be taken as seconds.
+    for (name, help) in [
+        ("Time (ms)", "say its unit: --time-unit ms"),
+        ("t_ms", "say its unit: --time-unit ms"),
+        ("time_us", "say its unit: --time-unit us"),
+        ("timestamp_ns", "say its unit: --time-unit ns"),
+        ("time_s", "rename it to `t` if it is in seconds"),
+    ] {
+        let message = refusal(&format!("{name},q_m\n0,1\n"));
+        assert!(message.contains(help), "{message}");
+    }
     assert!(refusal("0,1\n1,2\n").contains("column names seems to be missing"));
 }
 
