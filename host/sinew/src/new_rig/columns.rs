@@ -66,9 +66,23 @@ fn is_reference(column: &str) -> bool {
         .any(|word| name.contains(word))
 }
 
-/// Looks like what somebody commanded: `u_V`, `u1_N`, `cmd_A`, `input_V`.
+/// A duty cycle, whatever its unit: `Motor1_PWM`, `duty_pct`.
+fn is_duty(column: &str) -> bool {
+    let name = column.to_lowercase();
+    ["pwm", "duty"].iter().any(|word| name.contains(word))
+}
+
+/// A current, which is more often measured than commanded.
+fn is_current(column: &str) -> bool {
+    matches!(unit::of_column(column), "A" | "mA")
+}
+
+/// Looks like what somebody commanded: `u_V`, `u1_N`, `cmd_A`, `input_V`, `Motor1_PWM`.
 fn is_command(column: &str) -> bool {
     let name = column.to_lowercase();
+    if is_duty(column) {
+        return true;
+    }
     let after_u = name
         .strip_prefix('u')
         .map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
@@ -243,10 +257,12 @@ fn of_forces(inputs: &[String]) -> Option<Motion> {
     })
 }
 
-/// Columns called a command, or else the first voltage and the like, or else the first force.
+/// Columns called a command or a duty cycle, or else the first voltage and the like, or else the
+/// first current, or else the first force.
 fn guess_inputs(recording: &Recording, outputs: &[String]) -> Vec<String> {
     let drives = |name: &String| {
-        !outputs.contains(name) && matches!(quantity(name), Quantity::Drive | Quantity::Force(_))
+        let drive = matches!(quantity(name), Quantity::Drive | Quantity::Force(_));
+        !outputs.contains(name) && !is_reference(name) && (drive || is_duty(name))
     };
     let names: Vec<String> = recording
         .columns()
@@ -262,9 +278,13 @@ fn guess_inputs(recording: &Recording, outputs: &[String]) -> Vec<String> {
     if !commands.is_empty() {
         return commands;
     }
-    let first = names
+    let mut drives = names
         .iter()
-        .find(|name| quantity(name) == Quantity::Drive)
+        .filter(|name| quantity(name) == Quantity::Drive);
+    let first = drives
+        .clone()
+        .find(|name| !is_current(name))
+        .or_else(|| drives.next())
         .or_else(|| names.first());
     first.cloned().into_iter().collect()
 }

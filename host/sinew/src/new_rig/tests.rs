@@ -253,6 +253,20 @@ fn fewer_inputs_than_positions_make_a_chain() {
     assert!(rig.springs.is_empty());
 }
 
+/// A current that stands beside a duty cycle or a voltage was measured.
+#[test]
+fn a_duty_cycle_or_a_voltage_is_the_input_and_no_measured_current() {
+    let args = NewRigOptions {
+        spring: Some(true),
+        ..NewRigOptions::default()
+    };
+    let input = |columns: &str| written(columns, &args).1.actuators[0].input.clone();
+    assert_eq!(input("t,I_mA,Motor1_PWM,q_rad"), "Motor1_PWM");
+    assert_eq!(input("t,I_A,motor_V,q_rad"), "motor_V");
+    assert_eq!(input("t,motor_A,q_rad"), "motor_A");
+    assert_eq!(input("t,duty_ref_pct,duty_pct,q_rad"), "duty_pct");
+}
+
 #[test]
 fn an_encoder_in_counts_has_a_gain_and_a_torque_turns() {
     let args = NewRigOptions {
