@@ -16,17 +16,17 @@ pub fn run(arguments: &[String]) -> Result<()> {
     }
 }
 
-fn emit() -> Result<()> {
-    process::run(&mut codegen(&["write", "models"])?)
-}
-
 /// Not a stage of CI: a test of codegen asks the same.
 fn check() -> Result<()> {
-    process::run(&mut codegen(&["check", "models"])?)
+    process::run(&mut regenerate(&["--check"])?)
 }
 
-fn codegen(arguments: &[&str]) -> Result<Command> {
-    let mut command = Command::new(process::program("sinew-model")?);
-    command.args(arguments).current_dir(root());
+fn emit() -> Result<()> {
+    process::run(&mut regenerate(&[])?)
+}
+
+fn regenerate(arguments: &[&str]) -> Result<Command> {
+    let mut command = Command::new(process::example("regenerate")?);
+    command.args(arguments).arg("models").current_dir(root());
     Ok(command)
 }

@@ -233,7 +233,7 @@ fn committed_models_are_up_to_date() {
     let stale = regenerate::check_all(&support::models()).unwrap();
     assert!(
         stale.is_empty(),
-        "print them again with `sinew-model write models`: {stale:?}"
+        "print them again with `cargo xtask generate`: {stale:?}"
     );
 }
 
