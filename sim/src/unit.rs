@@ -1,6 +1,8 @@
 //! Units: of parameters by the motion they belong to, of columns by their suffix, and the factor
 //! that a `unit` key brings to SI.
 
+use std::fmt;
+
 use crate::suggest;
 
 /// Kind of a coordinate: a length or an angle.
@@ -175,18 +177,43 @@ const KNOWN: &[Known] = &[
     known("1", "1", 1.0),
 ];
 
+/// Error of a unit that is not known.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnknownUnit {
+    /// Help line: the nearest unit and the list.
+    pub help: String,
+}
+
+impl fmt::Display for UnknownUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.help)
+    }
+}
+
+impl std::error::Error for UnknownUnit {}
+
 /// Factor of `unit` (a `unit` key: `mm`, `deg`, `mm_s` or `mm/s`) to SI.
 ///
+/// ```
+/// use sinew_sim::unit::factor;
+///
+/// assert_eq!(factor("mm"), Ok(1e-3));
+/// let unknown = factor("mn").unwrap_err();
+/// assert!(unknown.to_string().starts_with("did you mean `"), "{unknown}");
+/// ```
+///
 /// # Errors
-/// The help line for a unit that is not known: the nearest one and the list.
-pub fn factor(unit: &str) -> Result<f64, String> {
+/// The unit is not known.
+pub fn factor(unit: &str) -> Result<f64, UnknownUnit> {
     KNOWN
         .iter()
         .find(|known| known.suffix == unit || known.text == unit)
         .map(|known| known.si)
         .ok_or_else(|| {
             let names: Vec<&str> = KNOWN.iter().map(|known| known.suffix).collect();
-            suggest::help(unit, "known units", &names)
+            UnknownUnit {
+                help: suggest::help(unit, "known units", &names),
+            }
         })
 }
 
@@ -275,7 +302,7 @@ mod tests {
         assert_eq!(factor("mm"), Ok(1e-3));
         assert_eq!(factor("mm/s"), Ok(1e-3));
         assert!((factor("deg").unwrap_or(0.0) * 180.0 - std::f64::consts::PI).abs() < 1e-15);
-        assert!(factor("degs").is_err_and(|help| help.contains("did you mean `deg`?")));
+        assert!(factor("degs").is_err_and(|unknown| unknown.help.contains("did you mean `deg`?")));
     }
 
     #[test]

@@ -59,16 +59,18 @@ fn carry(
     rtt: &mut Rtt,
     from_host: &Receiver<Vec<u8>>,
     to_host: &Sender<Vec<u8>>,
-) -> Result<(), String> {
-    let mut core = session.core(0).map_err(|e| chain(&e))?;
+) -> Result<(), Trouble> {
+    let other = |error: &dyn std::error::Error| Trouble::Other(chain(error));
+    let lost = || Trouble::NoChannel { channel: "sinew" };
+    let mut core = session.core(0).map_err(|e| sorted(&e))?;
     let mut pending: Vec<u8> = Vec::new();
     let mut buffer = [0; 1024];
     loop {
-        let up = rtt.up_channel(UP).ok_or("no channel")?;
-        let n = up.read(&mut core, &mut buffer).map_err(|e| chain(&e))?;
+        let up = rtt.up_channel(UP).ok_or_else(lost)?;
+        let n = up.read(&mut core, &mut buffer).map_err(|e| other(&e))?;
         if n > 0 {
             let bytes = buffer.get(..n).unwrap_or_default().to_vec();
-            to_host.send(bytes).map_err(|e| e.to_string())?;
+            to_host.send(bytes).map_err(|e| other(&e))?;
         }
         loop {
             match from_host.try_recv() {
@@ -79,8 +81,8 @@ fn carry(
         }
         let mut written = 0;
         if !pending.is_empty() {
-            let down = rtt.down_channel(DOWN).ok_or("no channel")?;
-            written = down.write(&mut core, &pending).map_err(|e| chain(&e))?;
+            let down = rtt.down_channel(DOWN).ok_or_else(lost)?;
+            written = down.write(&mut core, &pending).map_err(|e| other(&e))?;
             pending.drain(..written);
         }
         if n == 0 && written == 0 {

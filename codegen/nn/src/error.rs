@@ -36,6 +36,12 @@ pub enum NetworkError {
         /// Found size, and the limit.
         message: String,
     },
+    /// The text of an option has no such value.
+    #[error("{message}")]
+    Option {
+        /// The text, and what was expected.
+        message: String,
+    },
 }
 
 impl NetworkError {
@@ -75,6 +81,13 @@ impl NetworkError {
         }
     }
 
+    /// A [`NetworkError::Option`].
+    pub(crate) fn option(message: impl Into<String>) -> Self {
+        Self::Option {
+            message: message.into(),
+        }
+    }
+
     /// A [`NetworkError::Unsupported`].
     pub fn unsupported(
         layer: impl Into<String>,
@@ -107,7 +120,7 @@ impl NetworkError {
                 Self::too_large(format!("{file}: {place}"), message)
             }
             // Its own words begin with the layer, and the file is what was asked for.
-            unsupported @ Self::Unsupported { .. } => unsupported,
+            other @ (Self::Unsupported { .. } | Self::Option { .. }) => other,
         }
     }
 }

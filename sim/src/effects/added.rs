@@ -1,8 +1,9 @@
 //! Effects that a program adds to the vocabulary without a line in this crate.
 
+use std::fmt;
 use std::sync::{PoisonError, RwLock};
 
-use super::{At, Description, Explanation, Kind, Scales, Slopes};
+use super::{At, Description, Explanation, Kind, Port, Scales, Slopes};
 use crate::dual::Dual;
 use crate::scalar::Scalar;
 
@@ -133,6 +134,50 @@ pub(super) fn all() -> Vec<Kind> {
     known.iter().map(|added| Kind::Added(*added)).collect()
 }
 
+/// Refusal of an effect that no rig file could use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RegisterError {
+    /// An effect has this name already.
+    NameTaken {
+        /// The name.
+        name: &'static str,
+    },
+    /// It sits at another port than a body or a spring.
+    Port {
+        /// Name of the effect.
+        name: &'static str,
+        /// The port.
+        port: Port,
+    },
+    /// It has more parameters than [`Jet`] has derivatives for.
+    Parameters {
+        /// Name of the effect.
+        name: &'static str,
+        /// Number of its parameters.
+        found: usize,
+    },
+}
+
+impl fmt::Display for RegisterError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NameTaken { name } => write!(f, "there is an effect `{name}` already"),
+            Self::Port { name, port } => write!(
+                f,
+                "`{name}` must sit at a body or a spring; it sits at {}",
+                port.noun()
+            ),
+            Self::Parameters { name, found } => write!(
+                f,
+                "`{name}` must have at most {} parameters; it has {found}",
+                WIDTH - 2
+            ),
+        }
+    }
+}
+
+impl std::error::Error for RegisterError {}
+
 impl Kind {
     /// Registers the law of an effect, so that rig files of this process may hold it. A diagnosis
     /// looks for it where it is told to.
@@ -140,26 +185,16 @@ impl Kind {
     /// # Errors
     /// A description that no rig file could use: its name is taken, it sits at another port than a
     /// body or a spring, or it has more than fourteen parameters.
-    pub fn register(law: &'static dyn AddedEffect) -> Result<Self, String> {
-        use super::Port;
+    pub fn register(law: &'static dyn AddedEffect) -> Result<Self, RegisterError> {
         let description = law.description();
         let name = description.kind;
         if description.parameters.len() + 2 > WIDTH {
-            return Err(format!(
-                "`{name}` must have at most {} parameters; it has {}",
-                WIDTH - 2,
-                description.parameters.len()
-            ));
+            let found = description.parameters.len();
+            return Err(RegisterError::Parameters { name, found });
         }
-        let ports = description.ports.iter();
-        if let Some(port) = ports
-            .into_iter()
-            .find(|port| !matches!(port, Port::Body | Port::Spring))
-        {
-            return Err(format!(
-                "`{name}` must sit at a body or a spring; it sits at {}",
-                port.noun()
-            ));
+        let mut ports = description.ports.iter().copied();
+        if let Some(port) = ports.find(|port| !matches!(port, Port::Body | Port::Spring)) {
+            return Err(RegisterError::Port { name, port });
         }
         let mut known = REGISTERED.write().unwrap_or_else(PoisonError::into_inner);
         let builtin = Self::ALL.iter().chain(Self::BESIDE);
@@ -167,7 +202,7 @@ impl Kind {
             .map(|kind| kind.description().kind)
             .chain(known.iter().map(|added| added.law.description().kind));
         if names.any(|taken| taken == name) {
-            return Err(format!("there is an effect `{name}` already"));
+            return Err(RegisterError::NameTaken { name });
         }
         let added = Added { law };
         known.push(added);

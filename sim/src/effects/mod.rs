@@ -23,7 +23,7 @@ mod stiffness;
 
 use crate::scalar::Scalar;
 pub use crate::unit::{Motion, Quantity};
-pub use added::{Added, AddedEffect, Jet};
+pub use added::{Added, AddedEffect, Jet, RegisterError};
 pub use description::{
     Description, Energy, Explanation, Family, ParameterSpec, Port, Role, Scales, SearchRange, Sign,
 };

@@ -9,12 +9,12 @@ pub(super) fn read_factor(table: &TableReader) -> Result<f64, Error> {
     let Some(unit) = table.optional_text("unit")? else {
         return Ok(1.0);
     };
-    unit::factor(unit.value).map_err(|help| {
+    unit::factor(unit.value).map_err(|unknown| {
         table
             .error_at(
                 "unit",
                 format!("`unit` of {}: unknown unit `{}`", table.what, unit.value),
             )
-            .helped(help)
+            .helped(unknown.help)
     })
 }

@@ -152,7 +152,7 @@ pub(super) fn parse(text: &str) -> Result<ModelSpec, StoreError> {
         .map_err(|error| refuse(text, error.span().unwrap_or(0..0), error.message()))?;
     let layers = document.layer.into_iter().map(|layer| {
         let span = layer.span();
-        empty_layer(layer.into_inner()).map_err(|message| refuse(text, span, &message))
+        empty_layer(layer.into_inner(), |message| refuse(text, span, message))
     });
     let measurements = match document.soft_sensor {
         None => document.output.len() + document.channel.len(),
@@ -228,8 +228,11 @@ fn check_format(text: &str) -> Result<(), StoreError> {
     }
 }
 
-/// Shapes are judged here, before the weights of that size are looked for.
-fn empty_layer(table: LayerTable) -> Result<Layer, String> {
+/// Shapes are judged here, before the weights of that size are looked for; `refuse` adds the place.
+fn empty_layer(
+    table: LayerTable,
+    refuse: impl FnOnce(&str) -> StoreError,
+) -> Result<Layer, StoreError> {
     let cell = match table.kind {
         LayerKey::Dense => None,
         LayerKey::Gru => Some(gru_cell()),
@@ -241,16 +244,16 @@ fn empty_layer(table: LayerTable) -> Result<Layer, String> {
         .checked_mul(table.inputs)
         .and_then(|n| n.checked_mul(gates));
     if table.outputs > MAX_WIDTH || parameters.is_none_or(|n| n > MAX_PARAMETERS) {
-        return Err(format!(
+        return Err(refuse(&format!(
             "a layer of {} -> {} is too large: at most {MAX_WIDTH} outputs and {MAX_PARAMETERS} weights",
             table.inputs, table.outputs
-        ));
+        )));
     }
     if let Some(cell) = cell {
         if table.activation.is_some() {
-            return Err(
-                "a gru or lstm has its own activations: expected no `activation` here".into(),
-            );
+            return Err(refuse(
+                "a gru or lstm has its own activations: expected no `activation` here",
+            ));
         }
         return Ok(Layer::Recurrent(Recurrent {
             // Its length tells the inputs.
@@ -259,7 +262,7 @@ fn empty_layer(table: LayerTable) -> Result<Layer, String> {
         }));
     }
     let Some(activation) = table.activation else {
-        return Err("missing field `activation`".into());
+        return Err(refuse("missing field `activation`"));
     };
     Ok(Layer::Dense(Dense {
         inputs: table.inputs,

@@ -1,5 +1,7 @@
 //! Accuracy of tanh, and so of sigmoid, which is made of it: a tolerance chooses the kernel.
 
+use crate::NetworkError;
+
 /// Accuracy of tanh and sigmoid. The slope of tanh is `1 - y^2` of the kernel's value `y`, so
 /// that it is within twice the value's error of the true one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,18 +45,20 @@ impl Accuracy {
     /// The cheapest whose error is within a tolerance.
     ///
     /// # Errors
-    /// In words: it is no positive number, or smaller than every error.
-    pub fn within(tolerance: f64) -> Result<Self, String> {
+    /// [`NetworkError::Option`]: it is no positive number, or smaller than every error.
+    pub fn within(tolerance: f64) -> Result<Self, NetworkError> {
         if !(tolerance > 0.0 && tolerance < 1.0) {
-            return Err(format!(
+            return Err(NetworkError::option(format!(
                 "a tolerance of tanh is a number between 0 and 1, not {tolerance}"
-            ));
+            )));
         }
         let cheapest = Self::ALL.into_iter().rev();
         let mut fit = cheapest.filter(|accuracy| accuracy.error() <= tolerance);
         let least = Self::Precise.error();
         fit.next().ok_or_else(|| {
-            format!("no tanh is within {tolerance:e}: the most exact is within {least:e}")
+            NetworkError::option(format!(
+                "no tanh is within {tolerance:e}: the most exact is within {least:e}"
+            ))
         })
     }
 
@@ -72,12 +76,13 @@ impl Accuracy {
 
 /// From the text of a tolerance, `1e-4`.
 impl std::str::FromStr for Accuracy {
-    type Err = String;
+    type Err = NetworkError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, NetworkError> {
         let number = text.trim().parse();
-        let number =
-            number.map_err(|_| format!("a tolerance of tanh is a number, not {text:?}"))?;
+        let number = number.map_err(|_| {
+            NetworkError::option(format!("a tolerance of tanh is a number, not {text:?}"))
+        })?;
         Self::within(number)
     }
 }
@@ -102,7 +107,7 @@ mod tests {
     #[test]
     fn what_no_kernel_keeps_is_refused_in_words() {
         for text in ["1e-9", "0", "-1e-3", "nan", "inf", "1", "small", ""] {
-            let error = text.parse::<Accuracy>().expect_err(text);
+            let error = text.parse::<Accuracy>().expect_err(text).to_string();
             assert!(error.contains("tanh"), "{text}: {error}");
         }
     }

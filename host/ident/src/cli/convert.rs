@@ -8,7 +8,7 @@ use sinew_convert::{Contents, Join, Wanted, bases, columns};
 
 use super::overwrite;
 use super::said::Said;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::recording::{Recording, foreign};
 
 /// Arguments of `sinew convert`.
@@ -220,11 +220,13 @@ fn listed(contents: &Contents) -> String {
 }
 
 /// `NAME=PATH`.
-fn named(text: &str) -> std::result::Result<(String, String), String> {
+fn named(text: &str) -> Result<(String, String)> {
     match text.split_once('=') {
         Some((name, path)) if !name.is_empty() && !path.is_empty() => {
             Ok((name.to_owned(), path.to_owned()))
         }
-        _ => Err("expected a name and a path, such as q_rad=log/q or u_V=log/u:2".into()),
+        _ => Err(Error::arguments(
+            "expected a name and a path, such as q_rad=log/q or u_V=log/u:2",
+        )),
     }
 }

@@ -15,7 +15,7 @@ use super::repair::Repairs;
 use super::said::Said;
 use crate::diagnose::output::{self, Shown};
 use crate::diagnose::{Diagnosis, Options, Recordings, Verdict, diagnose};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::fit::require;
 use crate::mechanism::changes;
 use crate::report::Provenance;
@@ -67,10 +67,14 @@ pub struct Arguments {
     repairs: Repairs,
 }
 
-fn seconds(text: &str) -> std::result::Result<Duration, String> {
+fn seconds(text: &str) -> Result<Duration> {
     let seconds = text.parse().ok().filter(|seconds: &f64| *seconds > 0.0);
     let limit = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    limit.ok_or_else(|| format!("must be seconds above 0, got {text}, for example 60"))
+    limit.ok_or_else(|| {
+        Error::arguments(format!(
+            "must be seconds above 0, got {text}, for example 60"
+        ))
+    })
 }
 
 /// Returns the exit status.

@@ -56,12 +56,12 @@ pub struct Arguments {
 ///
 /// # Errors
 /// Words about what a device is, for text of another shape.
-pub fn named(text: &str) -> std::result::Result<(String, Vec<PathBuf>), String> {
-    let wanted = "a name and files, such as left=left-1.csv,left-2.csv";
-    let (name, files) = text.split_once('=').ok_or(format!("not {wanted}"))?;
+pub fn named(text: &str) -> Result<(String, Vec<PathBuf>)> {
+    let refused = || Error::arguments("not a name and files, such as left=left-1.csv,left-2.csv");
+    let (name, files) = text.split_once('=').ok_or_else(refused)?;
     let files: Vec<&str> = files.split(',').map(str::trim).collect();
     if name.trim().is_empty() || files.contains(&"") {
-        return Err(format!("not {wanted}"));
+        return Err(refused());
     }
     let files = files.into_iter().map(PathBuf::from);
     Ok((name.trim().into(), files.collect()))

@@ -215,7 +215,7 @@ impl Repairs {
 }
 
 /// `NUMBER` or `COLUMN=NUMBER`.
-fn missing(text: &str) -> std::result::Result<(Option<String>, f64), String> {
+fn missing(text: &str) -> Result<(Option<String>, f64)> {
     let (column, number) = match text.rsplit_once('=') {
         Some((column, number)) => (Some(column.to_owned()), number),
         None => (None, text),
@@ -225,21 +225,25 @@ fn missing(text: &str) -> std::result::Result<(Option<String>, f64), String> {
         .ok()
         .filter(|number: &f64| number.is_finite());
     let expected = "expected a number such as -9999, or a column and its number, such as q_m=0";
-    Ok((column, number.ok_or(expected)?))
+    Ok((column, number.ok_or_else(|| Error::arguments(expected))?))
 }
 
 /// `COLUMN=PERIOD`.
-fn period(text: &str) -> std::result::Result<(String, f64), String> {
+fn period(text: &str) -> Result<(String, f64)> {
     let parsed = text.rsplit_once('=').and_then(|(column, period)| {
         let period: f64 = period.parse().ok()?;
         (period.is_finite() && period > 0.0).then(|| (column.to_owned(), period))
     });
-    parsed.ok_or_else(|| "expected a column and a positive period, such as q_rad=6.28319".into())
+    parsed.ok_or_else(|| {
+        Error::arguments("expected a column and a positive period, such as q_rad=6.28319")
+    })
 }
 
 /// `COLUMN=ROWS`.
-fn rows(text: &str) -> std::result::Result<(String, i64), String> {
+fn rows(text: &str) -> Result<(String, i64)> {
     let parsed = text.rsplit_once('=');
     let parsed = parsed.and_then(|(column, rows)| Some((column.to_owned(), rows.parse().ok()?)));
-    parsed.ok_or_else(|| "expected a column and a whole number of rows, such as u_V=1".into())
+    parsed.ok_or_else(|| {
+        Error::arguments("expected a column and a whole number of rows, such as u_V=1")
+    })
 }

@@ -2,6 +2,7 @@
 //! docs/reference/fleet.md. Equations are those of docs/explanation/identification.md.
 
 use std::fmt::Write;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{DMatrix, DVector};
@@ -134,104 +135,39 @@ impl Fleet {
     /// `File` with its line for a key that is unknown, missing or of another kind, for a matrix
     /// that is no covariance of these parameters, and for a number out of its range.
     pub fn parse(text: &str, path: &Path) -> Result<Self> {
-        let line = |at: usize| 1 + text[..at.min(text.len())].matches('\n').count();
-        let fault = |at: Option<usize>, message: String, expected: String| {
-            let error = Error::file(path, message).expected(expected);
-            let error = match at {
-                Some(at) => error.at(line(at), 1),
-                None => error,
-            };
-            error.help("`sinew fleet` writes the file from recordings of each device")
-        };
+        let source = Source { text, path };
         let read: Document = toml::from_str(text).map_err(|error| {
             let message = error.message().lines().collect::<Vec<_>>().join(", ");
-            fault(error.span().map(|span| span.start), message, PAGE.into())
+            source.fault(error.span(), message, PAGE)
         })?;
         if read.format.get_ref() != FORMAT {
-            return Err(fault(
-                Some(read.format.span().start),
+            return Err(source.fault(
+                Some(read.format.span()),
                 format!("the format is `{}`", read.format.get_ref()),
                 format!("format = \"{FORMAT}\""),
             ));
         }
-        let mut axes: Vec<Axis> = Vec::new();
-        for table in &read.parameter {
-            let at = Some(table.span().start);
-            let table = table.get_ref();
-            let scale = match table.scale.as_str() {
-                "log" => Scale::Log,
-                "linear" => Scale::Linear,
-                other => {
-                    let message = format!("the scale of `{}` is `{other}`", table.name);
-                    return Err(fault(at, message, "\"log\" or \"linear\"".into()));
-                }
-            };
-            if axes.iter().any(|axis| axis.name == table.name) {
-                let message = format!("`{}` is here twice", table.name);
-                return Err(fault(at, message, "one table a parameter".into()));
-            }
-            if !table.mean.is_finite() || scale == Scale::Log && table.mean == 0.0 {
-                let message = format!("the mean of `{}` is {}", table.name, table.mean);
-                let expected = "a finite number; other than zero on the scale of logarithms";
-                return Err(fault(at, message, expected.into()));
-            }
-            axes.push(Axis {
-                name: table.name.clone(),
-                unit: table.unit.clone(),
-                scale,
-                mean: table.mean,
-            });
-        }
-        if axes.is_empty() {
-            let expected = "a table [[parameter]] for each parameter";
-            return Err(fault(None, "no parameter".into(), expected.into()));
-        }
-        let matrix = |key: &str, rows: &Spanned<Vec<Vec<f64>>>| {
-            covariance(rows.get_ref(), axes.len()).map_err(|message| {
-                let expected = format!(
-                    "{0} rows of {0} numbers, symmetric, without a negative eigenvalue",
-                    axes.len()
-                );
-                let message = format!("`{key}` {message}");
-                fault(Some(rows.span().start), message, expected)
-            })
-        };
-        let covariance = matrix("covariance", &read.covariance)?;
-        let of_mean = matrix("covariance_of_mean", &read.covariance_of_mean)?;
+        let axes = source.axes(&read.parameter)?;
+        let covariance = source.covariance("covariance", &read.covariance, axes.len())?;
+        let of_mean = &read.covariance_of_mean;
+        let of_mean = source.covariance("covariance_of_mean", of_mean, axes.len())?;
         let widening = *read.widening.get_ref();
         if !(1.0..1e6).contains(&widening) {
-            return Err(fault(
-                Some(read.widening.span().start),
+            return Err(source.fault(
+                Some(read.widening.span()),
                 format!("`widening` is {widening}"),
-                "1 or more".into(),
+                "1 or more",
             ));
         }
         let freedom = *read.freedom.get_ref();
         if !(LEAST_FREEDOM..=1_000_000).contains(&freedom) {
-            return Err(fault(
-                Some(read.freedom.span().start),
+            return Err(source.fault(
+                Some(read.freedom.span()),
                 format!("`freedom` is {freedom}"),
                 format!("{LEAST_FREEDOM} or more degrees of freedom"),
             ));
         }
-        let known = |name: &str| axes.iter().any(|axis| axis.name == name);
-        let mut members = Vec::new();
-        for table in read.device {
-            let at = Some(table.span().start);
-            let table = table.into_inner();
-            let named = table.outlier.iter().chain(table.values.keys());
-            if let Some(name) = named.into_iter().find(|name| !known(name)) {
-                let message = format!("device `{}` has `{name}`", table.name);
-                let expected = format!("parameters of the fleet: {}", names(&axes));
-                return Err(fault(at, message, expected));
-            }
-            members.push(Member {
-                name: table.name,
-                recordings: table.recordings,
-                outlier: table.outlier,
-                values: table.values.into_iter().collect(),
-            });
-        }
+        let members = source.members(read.device, &axes)?;
         Ok(Self {
             file: path.to_path_buf(),
             rig: read.rig,
@@ -387,27 +323,120 @@ fn names(axes: &[Axis]) -> String {
     names.join(", ")
 }
 
-/// The matrix of these rows, or its fault.
-fn covariance(rows: &[Vec<f64>], size: usize) -> std::result::Result<DMatrix<f64>, String> {
-    if rows.len() != size {
-        return Err(format!("has {} rows", rows.len()));
+/// Text of a file, for the places of its faults.
+struct Source<'a> {
+    text: &'a str,
+    path: &'a Path,
+}
+
+impl Source<'_> {
+    fn fault(
+        &self,
+        span: Option<Range<usize>>,
+        message: String,
+        expected: impl Into<String>,
+    ) -> Error {
+        let error = Error::file(self.path, message).expected(expected);
+        let error = match span {
+            Some(span) => {
+                let before = &self.text[..span.start.min(self.text.len())];
+                error.at(1 + before.matches('\n').count(), 1)
+            }
+            None => error,
+        };
+        error.help("`sinew fleet` writes the file from recordings of each device")
     }
-    if let Some(row) = rows.iter().find(|row| row.len() != size) {
-        return Err(format!("has a row of {} numbers", row.len()));
+
+    fn axes(&self, tables: &[Spanned<ParameterTable>]) -> Result<Vec<Axis>> {
+        let mut axes: Vec<Axis> = Vec::new();
+        for table in tables {
+            let span = Some(table.span());
+            let table = table.get_ref();
+            let scale = match table.scale.as_str() {
+                "log" => Scale::Log,
+                "linear" => Scale::Linear,
+                other => {
+                    let message = format!("the scale of `{}` is `{other}`", table.name);
+                    return Err(self.fault(span, message, "\"log\" or \"linear\""));
+                }
+            };
+            if axes.iter().any(|axis| axis.name == table.name) {
+                let message = format!("`{}` is here twice", table.name);
+                return Err(self.fault(span, message, "one table a parameter"));
+            }
+            if !table.mean.is_finite() || scale == Scale::Log && table.mean == 0.0 {
+                let message = format!("the mean of `{}` is {}", table.name, table.mean);
+                let expected = "a finite number; other than zero on the scale of logarithms";
+                return Err(self.fault(span, message, expected));
+            }
+            axes.push(Axis {
+                name: table.name.clone(),
+                unit: table.unit.clone(),
+                scale,
+                mean: table.mean,
+            });
+        }
+        if axes.is_empty() {
+            let expected = "a table [[parameter]] for each parameter";
+            return Err(self.fault(None, "no parameter".into(), expected));
+        }
+        Ok(axes)
     }
-    if rows.iter().flatten().any(|number| !number.is_finite()) {
-        return Err("has a number that is not finite".into());
+
+    /// The matrix of these rows, under their key.
+    fn covariance(
+        &self,
+        key: &str,
+        rows: &Spanned<Vec<Vec<f64>>>,
+        size: usize,
+    ) -> Result<DMatrix<f64>> {
+        let refused = |fault: String| {
+            let expected =
+                format!("{size} rows of {size} numbers, symmetric, without a negative eigenvalue");
+            Err(self.fault(Some(rows.span()), format!("`{key}` {fault}"), expected))
+        };
+        let rows = rows.get_ref();
+        if rows.len() != size {
+            return refused(format!("has {} rows", rows.len()));
+        }
+        if let Some(row) = rows.iter().find(|row| row.len() != size) {
+            return refused(format!("has a row of {} numbers", row.len()));
+        }
+        if rows.iter().flatten().any(|number| !number.is_finite()) {
+            return refused("has a number that is not finite".into());
+        }
+        let matrix = DMatrix::from_fn(size, size, |row, column| rows[row][column]);
+        let largest = matrix.amax();
+        if (&matrix - matrix.transpose()).amax() > ROUNDING * largest {
+            return refused("is not symmetric".into());
+        }
+        let smallest = matrix.clone().symmetric_eigen().eigenvalues.min();
+        if smallest < -ROUNDING * largest {
+            return refused(format!("has the eigenvalue {smallest:.3e}"));
+        }
+        Ok(matrix)
     }
-    let matrix = DMatrix::from_fn(size, size, |row, column| rows[row][column]);
-    let largest = matrix.amax();
-    if (&matrix - matrix.transpose()).amax() > ROUNDING * largest {
-        return Err("is not symmetric".into());
+
+    fn members(&self, tables: Vec<Spanned<DeviceTable>>, axes: &[Axis]) -> Result<Vec<Member>> {
+        let known = |name: &str| axes.iter().any(|axis| axis.name == name);
+        let member = |table: Spanned<DeviceTable>| {
+            let span = table.span();
+            let table = table.into_inner();
+            let mut named = table.outlier.iter().chain(table.values.keys());
+            if let Some(name) = named.find(|name| !known(name)) {
+                let message = format!("device `{}` has `{name}`", table.name);
+                let expected = format!("parameters of the fleet: {}", names(axes));
+                return Err(self.fault(Some(span), message, expected));
+            }
+            Ok(Member {
+                name: table.name,
+                recordings: table.recordings,
+                outlier: table.outlier,
+                values: table.values.into_iter().collect(),
+            })
+        };
+        tables.into_iter().map(member).collect()
     }
-    let smallest = matrix.clone().symmetric_eigen().eigenvalues.min();
-    if smallest < -ROUNDING * largest {
-        return Err(format!("has the eigenvalue {smallest:.3e}"));
-    }
-    Ok(matrix)
 }
 
 #[derive(Deserialize)]

@@ -294,9 +294,9 @@ fn watch(
                         }
                         device.send(&message)?;
                     }
-                    Err(what) => match &mut run.screen {
-                        Some(screen) => screen.say(&what),
-                        None => eprintln!("{what}"),
+                    Err(refused) => match &mut run.screen {
+                        Some(screen) => screen.say(&refused.to_string()),
+                        None => eprintln!("{refused}"),
                     },
                 }
             }

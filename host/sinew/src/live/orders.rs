@@ -5,24 +5,27 @@ use std::sync::mpsc::{Receiver, channel};
 
 use sinew_device::mode::Drive;
 use sinew_device::protocol::{Identity, ToDevice};
+use sinew_ident::error::{Error, Result};
 
 /// Message to the board for a typed line; `None`: disarm, save, end. `arm` reaches the reference in
 /// a second.
 ///
 /// # Errors
 /// The fault in one line.
-pub fn order(line: &str, identity: &Identity) -> std::result::Result<Option<ToDevice>, String> {
+pub fn order(line: &str, identity: &Identity) -> Result<Option<ToDevice>> {
     let mut words = line.split_whitespace();
     let verb = words.next().unwrap_or_default();
     let numbers = words
         .map(|word| {
             let number = word.parse::<f32>().ok().filter(|number| number.is_finite());
-            number.ok_or(format!("`{word}` is not a number"))
+            number.ok_or_else(|| Error::arguments(format!("`{word}` is not a number")))
         })
-        .collect::<std::result::Result<Vec<f32>, String>>()?;
+        .collect::<Result<Vec<f32>>>()?;
     let count = |wanted: usize, what: &str| match numbers.len() {
         n if n == wanted => Ok(()),
-        n => Err(format!("{what} takes {wanted} numbers, not {n}")),
+        n => Err(Error::arguments(format!(
+            "{what} takes {wanted} numbers, not {n}"
+        ))),
     };
     let (n_u, n_y) = (usize::from(identity.n_u), usize::from(identity.n_y));
     let said = match verb {
@@ -54,9 +57,9 @@ pub fn order(line: &str, identity: &Identity) -> std::result::Result<Option<ToDe
         }
         "quit" => return Ok(None),
         other => {
-            return Err(format!(
+            return Err(Error::arguments(format!(
                 "there is no `{other}`; arm, disarm, stop (or an empty line), r, limit, quit"
-            ));
+            )));
         }
     };
     Ok(Some(said))
@@ -109,7 +112,7 @@ mod tests {
 
     #[test]
     fn orders_are_understood_or_refused_with_the_reason() {
-        let say = |line: &str| order(line, &identity());
+        let say = |line: &str| order(line, &identity()).map_err(|error| error.to_string());
         fn fixed<const L: usize>(values: &[f32]) -> heapless::Vec<f32, L> {
             values.iter().copied().collect()
         }

@@ -115,9 +115,9 @@ pub struct Outcome {
     /// Its run.
     pub mpc: DeviceRun,
     /// The run of the PID tuned on the plant of the loop; where there is none, the reason.
-    pub pid: std::result::Result<PidRun, String>,
+    pub pid: Result<PidRun>,
     /// The run of the PID tuned on the plants that the MPC was tuned on; as [`Outcome::pid`].
-    pub informed_pid: std::result::Result<PidRun, String>,
+    pub informed_pid: Result<PidRun>,
     /// The board's commands have the bits of the host's; `None` where the host is the board.
     pub host_equals_device: Option<bool>,
     /// Sizes of the image; `None` on the host.
@@ -248,7 +248,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
             Ok((_, false)) => on.to_owned(),
             Err(_) => "none".to_owned(),
         });
-        run.map(|(pid, _)| pid).map_err(|error| error.to_string())
+        run.map(|(pid, _)| pid)
     };
     let informed_pid = pid(
         "on the plants that tuned the MPC",

@@ -51,7 +51,7 @@ pub struct OnBoard {
     chip: &'static Chip,
     name: &'static str,
     /// Sizes of its image, or the linker's words about a memory that is too small.
-    sizes: std::result::Result<Sizes, String>,
+    sizes: Result<Sizes>,
 }
 
 impl OnBoard {
@@ -173,7 +173,9 @@ pub fn measure(
         let stage = Stage::begin(format!("link it for {}", board.folder()), quiet);
         let sizes = match project::compile(&folder, *board, cache) {
             Ok(built) => Ok(image::sizes(&built.lockstep)?),
-            Err(error) => Err(overflow(&error.to_string()).ok_or(error)?),
+            Err(error) => Err(overflow(&error.to_string())
+                .map(Error::failed)
+                .ok_or(error)?),
         };
         stage.end(match &sizes {
             Ok(sizes) => format!("{} B of flash", sizes.flash_bytes),
@@ -393,7 +395,7 @@ mod tests {
         let said = "error: x\n  = note: rust-lld: error: section '.text' will not fit in region \
                     'FLASH': overflowed by 1234 bytes\n";
         let words = overflow(said).expect("the linker says so");
-        let refused = [row(Err(words))];
+        let refused = [row(Err(Error::failed(words)))];
         assert_eq!(
             verdicts(&spec, &steps(8_000, 1_000), &refused),
             "stm32f446  does not fit: section '.text' will not fit in region 'FLASH': overflowed \

@@ -4,12 +4,13 @@ use crate::closed_loop::setup::PidRun;
 use crate::pipeline::build::{Fitted, Outcome};
 use crate::pipeline::summary::{FitError, Found, NetworkError, Summary, Tracking, instructions};
 use crate::project::Board;
+use sinew_ident::error::Result;
 use sinew_ident::fit::pool;
 
 /// `summary.json` of an outcome.
 pub fn summary(outcome: &Outcome) -> Summary {
     let of = |values: &[f64]| values.first().copied().unwrap_or(f64::NAN);
-    let pid = |pid: &Result<PidRun, String>| match pid {
+    let pid = |pid: &Result<PidRun>| match pid {
         Ok(PidRun { score, .. }) => (of(&score.rms), of(&score.max), score.outside_limits),
         Err(_) => (f64::NAN, f64::NAN, 0),
     };

@@ -70,7 +70,7 @@ impl Shape {
     }
 
     /// The model with these horizons; blocks of moves are kept where they still fit.
-    pub(super) fn of(self, spec: &ModelSpec) -> std::result::Result<ModelSpec, String> {
+    pub(super) fn of(self, spec: &ModelSpec) -> Result<ModelSpec> {
         let mut spec = spec.clone();
         if self.control_horizon != spec.control.control_horizon {
             spec.control.move_blocks.clear();
@@ -80,11 +80,12 @@ impl Shape {
         spec.control.control_horizon = self.control_horizon;
         let preview = spec.control.preview().saturating_mul(spec.outputs.len());
         if preview > MAX_PREVIEW {
-            return Err(format!(
+            return Err(Error::arguments(format!(
                 "it previews {preview} values of the reference, and a frame carries {MAX_PREVIEW}"
-            ));
+            )));
         }
-        spec.validate().map_err(|e| e.to_string())?;
+        spec.validate()
+            .map_err(|error| Error::arguments(error.to_string()))?;
         Ok(spec)
     }
 }

@@ -218,7 +218,7 @@ pub fn tune_mpc(
     let mut gradients = Vec::new();
     let (mut evaluations, share) = (0, request.evaluations / shapes.len().max(1));
     for shape in shapes {
-        let mut candidate = shape.of(spec).map_err(Error::arguments)?;
+        let mut candidate = shape.of(spec)?;
         let title = format!(
             "tune the MPC, {} and {} steps",
             shape.horizon, shape.control_horizon
