@@ -27,7 +27,7 @@ macro_rules! tests {
         mod tests {
             $(
                 #[test]
-                fn $name() -> sinew_device::checks::Outcome {
+                fn $name() -> sinew_device::checks::CheckOutcome {
                     super::start();
                     let make = || subject(super::Cycles, super::CLOCK_HZ);
                     sinew_device::checks::$name(make, golden())

@@ -105,6 +105,6 @@ pub use law::{LawKind, LawShape};
 pub use plant::{Input, Meaning, MotionQuantity, Outline, Parameter, Plant, Role, SensorChannel};
 pub use rig::Rig;
 pub use scalar::Scalar;
-pub use settings::{Report, Settings};
+pub use settings::{IntegrationReport, SimulationSettings};
 pub use simulate::{Gradient, ParameterizedPlant, RecordingRun, Simulated, Trajectory};
 pub use statics::{Contraction, Rest, RestInterval, RestPoint};

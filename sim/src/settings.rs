@@ -5,8 +5,8 @@
 /// of 2.8.
 const RATE_STEP: f64 = 0.1;
 
-/// The most that [`Settings::rate_step`] may be: what is left of the stability limit for a rate
-/// that grows within a sample.
+/// The most that [`SimulationSettings::rate_step`] may be: what is left of the stability limit for
+/// a rate that grows within a sample.
 pub(crate) const MOST_RATE_STEP: f64 = 1.0;
 
 /// Most sub-steps in one sample interval; a rig that needs more is refused as too stiff.
@@ -17,9 +17,9 @@ pub(crate) const MAX_SUBSTEPS: usize = 1 << 14;
 /// ```
 /// # use sinew_sim::{Plant, Rig};
 /// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n";
-/// use sinew_sim::Settings;
+/// use sinew_sim::SimulationSettings;
 /// # let plant = Plant::new(&Rig::parse(text, "x.toml")?)?;
-/// let accurate = plant.with_settings(Settings {
+/// let accurate = plant.with_settings(SimulationSettings {
 ///     tolerance: Some(1e-9),
 ///     ..plant.settings()
 /// });
@@ -27,7 +27,7 @@ pub(crate) const MAX_SUBSTEPS: usize = 1 << 14;
 /// # Ok::<(), sinew_sim::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct SimulationSettings {
     /// Longest sub-step, in units of one over the bound on the fastest rate, up to 1. An undamped
     /// mode is followed with a relative phase error of the fourth power of this over 120.
     pub rate_step: f64,
@@ -43,7 +43,7 @@ pub struct Settings {
     pub max_substeps: usize,
 }
 
-impl Default for Settings {
+impl Default for SimulationSettings {
     fn default() -> Self {
         Self {
             rate_step: RATE_STEP,
@@ -56,7 +56,7 @@ impl Default for Settings {
 
 /// Report of an integration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Report {
+pub struct IntegrationReport {
     /// Largest bound on the fastest rate that was met, 1/s.
     pub rate: f64,
     /// Most sub-steps taken in one sample interval.

@@ -5,7 +5,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sinew_ident::diagnose::{self, Options, Recordings, output};
+use sinew_ident::diagnose::{self, DiagnoseOptions, Recordings, output};
 use sinew_ident::recording::Recording;
 use sinew_scorer::{Answer, Scored, Truth, outcome, table};
 use sinew_sim::Rig;
@@ -31,8 +31,13 @@ fn answer(folder: &Path) -> Answer {
         check: vec![read("check.csv")],
         test: vec![read("test.csv")],
     };
-    let found = diagnose::diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {})
-        .unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    let found = diagnose::diagnose(
+        &rig,
+        &recordings,
+        &DiagnoseOptions::default(),
+        &|_, _, _| {},
+    )
+    .unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
     let json = output::json(&found).expect("a finding can be written");
     serde_json::from_str(&json).expect("the JSON has the contract's form")
 }

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use sinew_ident::diagnose::{self, Diagnosis, Estimate, Options, Recordings};
+use sinew_ident::diagnose::{self, DiagnoseOptions, Diagnosis, Estimate, Recordings};
 use sinew_ident::recording::{Column, Recording};
 use sinew_sim::Rig;
 use toml::{Table, Value};
@@ -101,8 +101,13 @@ fn diagnosed(case: usize, scale: Scale) -> Diagnosis {
         check: vec![read("check.csv")],
         test: vec![read("test.csv")],
     };
-    diagnose::diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {})
-        .unwrap_or_else(|error| panic!("{error}"))
+    diagnose::diagnose(
+        &rig,
+        &recordings,
+        &DiagnoseOptions::default(),
+        &|_, _, _| {},
+    )
+    .unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn assert_grown(of: &str, scale: Scale, own: &Estimate, grown: &Estimate) {

@@ -138,7 +138,7 @@ pub enum Wrong {
 }
 
 /// The outcome of a check.
-pub type Outcome = Result<(), Wrong>;
+pub type CheckOutcome = Result<(), Wrong>;
 
 /// Uniform in -1 to 1, the same everywhere (xorshift; Marsaglia 2003).
 pub struct Random(pub u32);
@@ -170,7 +170,7 @@ impl<S: Device, C: Clock> Subject<S, C> {
         self.session.ask(question, &self.clock)
     }
 
-    fn arm(&mut self) -> Outcome {
+    fn arm(&mut self) -> CheckOutcome {
         let (drive, blend_steps) = (Drive::Host, 0);
         match self.ask(&ToDevice::Arm { drive, blend_steps }) {
             ToHost::State(_) => Ok(()),
@@ -218,7 +218,7 @@ impl<S: Device, C: Clock> Subject<S, C> {
 pub fn it_says_who_it_is<S: Device, C: Clock>(
     make: impl Fn() -> Subject<S, C>,
     _golden: impl Iterator<Item = Golden>,
-) -> Outcome {
+) -> CheckOutcome {
     let mut subject = make();
     let who = subject.session.who();
     let said = subject.ask(&ToDevice::Hello);
@@ -233,8 +233,8 @@ pub fn it_says_who_it_is<S: Device, C: Clock>(
 fn against<S: Device, C: Clock>(
     mut subject: Subject<S, C>,
     golden: impl Iterator<Item = Golden>,
-    chosen: impl Fn(&Golden, &ToHost, &Identity) -> Outcome,
-) -> Outcome {
+    chosen: impl Fn(&Golden, &ToHost, &Identity) -> CheckOutcome,
+) -> CheckOutcome {
     let mut compared = false;
     let who = subject.session.who();
     for vector in golden {
@@ -251,7 +251,7 @@ fn against<S: Device, C: Clock>(
 }
 
 /// Every value within [`TOLERANCE`] of the largest expected.
-fn near<'a>(found: impl Iterator<Item = &'a f32>, expected: &[f32], largest: f32) -> Outcome {
+fn near<'a>(found: impl Iterator<Item = &'a f32>, expected: &[f32], largest: f32) -> CheckOutcome {
     let mut count = 0;
     for (found, expected) in found.zip(expected) {
         let off = (found - expected).abs() / largest;
@@ -286,7 +286,7 @@ fn largest(values: &[f32]) -> f32 {
 pub fn the_network_is_that_of_double_precision<S: Device, C: Clock>(
     make: impl Fn() -> Subject<S, C>,
     golden: impl Iterator<Item = Golden>,
-) -> Outcome {
+) -> CheckOutcome {
     against(make(), golden, |golden, answer, _| match answer {
         ToHost::Prediction { y, .. } => near(y.iter(), &golden.y, largest(&golden.y)),
         _ => Err(Wrong::Answer),
@@ -300,7 +300,7 @@ pub fn the_network_is_that_of_double_precision<S: Device, C: Clock>(
 pub fn its_derivatives_are_those_of_double_precision<S: Device, C: Clock>(
     make: impl Fn() -> Subject<S, C>,
     golden: impl Iterator<Item = Golden>,
-) -> Outcome {
+) -> CheckOutcome {
     against(make(), golden, |golden, answer, who| {
         let ToHost::Prediction { jacobian, .. } = answer else {
             return Err(Wrong::Answer);
@@ -341,7 +341,7 @@ pub fn its_derivatives_are_those_of_double_precision<S: Device, C: Clock>(
 pub fn nothing_moves_before_it_is_armed<S: Device, C: Clock>(
     make: impl Fn() -> Subject<S, C>,
     _golden: impl Iterator<Item = Golden>,
-) -> Outcome {
+) -> CheckOutcome {
     let mut subject = make();
     let mut random = Random(7);
     let mut first = None;
@@ -365,7 +365,7 @@ pub fn nothing_moves_before_it_is_armed<S: Device, C: Clock>(
 pub fn commands_stay_inside_the_limits_whatever_comes_in<S: Device, C: Clock>(
     make: impl Fn() -> Subject<S, C>,
     _golden: impl Iterator<Item = Golden>,
-) -> Outcome {
+) -> CheckOutcome {
     let mut subject = make();
     subject.arm()?;
     subject.run(Random::hostile).map(|_| ())
@@ -378,7 +378,7 @@ pub fn commands_stay_inside_the_limits_whatever_comes_in<S: Device, C: Clock>(
 pub fn the_same_samples_give_the_same_commands<S: Device, C: Clock>(
     make: impl Fn() -> Subject<S, C>,
     _golden: impl Iterator<Item = Golden>,
-) -> Outcome {
+) -> CheckOutcome {
     let mut sums = [0; 2];
     for sum in &mut sums {
         let mut subject = make();
@@ -398,7 +398,7 @@ pub fn the_same_samples_give_the_same_commands<S: Device, C: Clock>(
 pub fn a_damaged_frame_changes_nothing<S: Device, C: Clock>(
     make: impl Fn() -> Subject<S, C>,
     _golden: impl Iterator<Item = Golden>,
-) -> Outcome {
+) -> CheckOutcome {
     let mut subject = make();
     let mut buffer = [0; MAX_FRAME];
     let (drive, blend_steps) = (Drive::Host, 0);
@@ -438,7 +438,7 @@ pub fn a_damaged_frame_changes_nothing<S: Device, C: Clock>(
 pub fn a_step_ends_within_its_period<S: Device, C: Clock>(
     make: impl Fn() -> Subject<S, C>,
     _golden: impl Iterator<Item = Golden>,
-) -> Outcome {
+) -> CheckOutcome {
     let mut subject = make();
     subject.arm()?;
     let (_, longest) = subject.run(Random::draw)?;

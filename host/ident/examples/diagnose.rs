@@ -3,7 +3,7 @@
 //!
 //! Without arguments it takes a shipped rig whose recordings show dry friction.
 
-use sinew_ident::diagnose::{Options, Recordings, diagnose, output};
+use sinew_ident::diagnose::{DiagnoseOptions, Recordings, diagnose, output};
 use sinew_ident::error::Result;
 use sinew_ident::recording::Recording;
 use sinew_sim::Rig;
@@ -20,7 +20,12 @@ fn main() -> Result<()> {
         check: vec![Recording::read(check)?],
         test: vec![],
     };
-    let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {})?;
+    let found = diagnose(
+        &rig,
+        &recordings,
+        &DiagnoseOptions::default(),
+        &|_, _, _| {},
+    )?;
     print!("{}", output::text(&found));
     for effect in &found.effects {
         println!("{}: probability {:.2}", effect.kind, effect.confidence);

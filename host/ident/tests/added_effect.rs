@@ -1,6 +1,6 @@
 //! An effect that this workspace does not have is simulated, found and named without a line in it.
 
-use sinew_ident::diagnose::{Options, Recordings, Verdict, diagnose};
+use sinew_ident::diagnose::{DiagnoseOptions, Recordings, Verdict, diagnose};
 use sinew_ident::recording::{Column, Recording};
 use sinew_sim::effects::{
     AddedEffect, At, Description, Energy, Explanation, Family, Jet, Kind, ParameterSpec, Port,
@@ -106,9 +106,9 @@ fn an_effect_of_a_users_own_is_simulated_found_and_named() {
     };
     let known = ["viscous_damping", "quadratic_drag", "coulomb_friction"];
     let kinds = known.map(|name| Kind::named(name).expect("the vocabulary has it"));
-    let mut options = Options {
+    let mut options = DiagnoseOptions {
         effects: kinds.to_vec(),
-        ..Options::default()
+        ..DiagnoseOptions::default()
     };
     let without = diagnose(&rig, &recordings, &options, &|_, _, _| {}).expect("an answer");
     assert!(without.effects.iter().all(|one| one.kind != "quintic_drag"));

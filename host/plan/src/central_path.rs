@@ -2,7 +2,7 @@
 //! to 0, where the hard laws are (docs/explanation/planning.md, eq. 3).
 
 use crate::descend::{Criteria, FIRST_DAMPING, Point};
-use crate::problem::Problem;
+use crate::problem::PlanProblem;
 
 /// Factor by which the parameter falls from level to level.
 const FALL: f64 = 0.2;
@@ -35,7 +35,7 @@ pub struct Level {
     pub hard_cost: f64,
 }
 
-impl Problem {
+impl PlanProblem {
     /// First parameter of the path: the largest kinetic energy that the commands give, J, and that
     /// number of watts. `None` where nothing moves.
     pub(crate) fn first_smoothing(&self, x: &[f64]) -> Option<f64> {

@@ -7,7 +7,7 @@ use sinew_sim::{Dual, SimulationError, Stepper};
 
 use crate::count::{BACKWARD_COST, FORWARD_COST};
 use crate::layout::Limits;
-use crate::problem::Problem;
+use crate::problem::PlanProblem;
 use crate::quantity::Quantity;
 use crate::target;
 
@@ -25,7 +25,7 @@ pub(crate) enum Direction {
     Backward,
 }
 
-impl Problem {
+impl PlanProblem {
     /// The cheaper direction. Only signals of sensors can be followed backwards.
     pub(crate) fn direction(&self) -> Direction {
         let forward = self.variables().div_ceil(SEEDS) * FORWARD_COST;

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::problem::Problem;
+use crate::problem::PlanProblem;
 use crate::step;
 
 /// Damping of the first step.
@@ -35,7 +35,7 @@ pub(crate) struct Criteria {
     pub simulations: usize,
 }
 
-impl Problem {
+impl PlanProblem {
     /// A point of the search; its cost is infinite where the simulation fails.
     pub(crate) fn point(&self, smoothing: f64, x: Vec<f64>) -> Point {
         match self.readings(smoothing, &x) {

@@ -19,8 +19,8 @@ pub use central_path::Level;
 pub use count::{BACKWARD_COST, Count, FORWARD_COST};
 pub use goal::Goal;
 pub use options::Options;
-pub use plan::{Outcome, Plan, plan};
-pub use problem::Problem;
+pub use plan::{GoalOutcome, Plan, plan};
+pub use problem::PlanProblem;
 pub use search::{Found, Search, search};
 
 #[cfg(test)]

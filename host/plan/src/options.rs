@@ -28,7 +28,7 @@ pub struct Options {
     pub knots: usize,
     /// Largest miss of a goal that counts as reached, as a part of the distance to go.
     pub tolerance: f64,
-    /// Most sub-steps in one sample interval, as [`sinew_sim::Settings::max_substeps`].
+    /// Most sub-steps in one sample interval, as [`sinew_sim::SimulationSettings::max_substeps`].
     pub max_substeps: usize,
 }
 

@@ -12,7 +12,7 @@ use crate::central_path::Level;
 use crate::count::Count;
 use crate::goal::Goal;
 use crate::options::Options;
-use crate::problem::Problem;
+use crate::problem::PlanProblem;
 use crate::search::{Search, search};
 
 /// Format of [`Plan::json`].
@@ -23,7 +23,7 @@ const STARTS: usize = 2;
 
 /// A goal and what became of it under the hard laws.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Outcome {
+pub struct GoalOutcome {
     /// The goal.
     pub goal: Goal,
     /// Time of the row that is judged, s.
@@ -48,7 +48,7 @@ pub struct Plan {
     /// The plant under these commands.
     pub trajectory: Trajectory<f64>,
     /// One entry a goal.
-    pub outcomes: Vec<Outcome>,
+    pub outcomes: Vec<GoalOutcome>,
     /// Root mean square of the distance from the path, as a part of its own scale.
     pub path_rms: Option<f64>,
     /// Cost under the hard laws.
@@ -67,7 +67,7 @@ pub struct Plan {
 /// hears of each level of the central path.
 ///
 /// # Errors
-/// As [`Problem::new`]; `Simulation` where the rig cannot be simulated.
+/// As [`PlanProblem::new`]; `Simulation` where the rig cannot be simulated.
 pub fn plan(
     plant: &Plant,
     file: &Path,
@@ -76,7 +76,7 @@ pub fn plan(
     options: &Options,
     progress: &mut dyn FnMut(&Level),
 ) -> Result<Plan> {
-    let problem = Problem::new(plant, file, goals, path, options)?;
+    let problem = PlanProblem::new(plant, file, goals, path, options)?;
     let search_options = Options {
         simulations: options.simulations.saturating_sub(STARTS + 1),
         ..options.clone()
@@ -88,7 +88,7 @@ pub fn plan(
 impl Plan {
     /// Simulates commands as their file gives them, under the hard laws.
     fn judged(
-        problem: &Problem,
+        problem: &PlanProblem,
         plant: &Plant,
         goals: &[Goal],
         x: &[f64],
@@ -125,7 +125,7 @@ impl Plan {
         let outcomes = problem.targets.iter().zip(&readings);
         let outcomes = outcomes.filter_map(|(target, &reading)| {
             let goal = &goals[target.goal?];
-            Some(Outcome {
+            Some(GoalOutcome {
                 goal: goal.clone(),
                 time_s: t[target.row],
                 reached: reading / target.quantity.factor(plant),
@@ -258,7 +258,7 @@ fn finite(value: f64) -> Option<f64> {
 }
 
 /// Part of the rows at which some input is within a ten-thousandth of a limit or its rate limit.
-fn at_limits(problem: &Problem, inputs: &[Vec<f64>]) -> f64 {
+fn at_limits(problem: &PlanProblem, inputs: &[Vec<f64>]) -> f64 {
     const NEAR: f64 = 1e-4;
     let t = &problem.layout.t;
     let at = |row: &usize| {

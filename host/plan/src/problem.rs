@@ -5,7 +5,7 @@ use std::path::Path;
 
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
-use sinew_sim::{InputTrajectory, Plant, Settings, SimulationError};
+use sinew_sim::{InputTrajectory, Plant, SimulationError, SimulationSettings};
 
 use crate::count::{Count, Counter};
 use crate::goal::Goal;
@@ -25,7 +25,7 @@ const GUIDING_STEP: f64 = 0.4;
 /// The decision variables are knots of the commands, each divided by the largest magnitude that
 /// its limits allow: all knots of the first input, then those of the second.
 #[derive(Debug)]
-pub struct Problem {
+pub struct PlanProblem {
     pub(crate) plant: Plant,
     pub(crate) values: Vec<f64>,
     pub(crate) start: Vec<f64>,
@@ -36,7 +36,7 @@ pub struct Problem {
     pub(crate) counter: Counter,
 }
 
-impl Problem {
+impl PlanProblem {
     /// Checks goals and path and takes the two simulations that the scales come from.
     ///
     /// `file` is the rig's, for errors; `path` has columns named as sensors or states.
@@ -75,7 +75,7 @@ impl Problem {
         let first = vec![None; plant.sensors().len()];
         let start = plant.initial_state(&values, &first)?;
         let mut problem = Self {
-            plant: plant.with_settings(Settings {
+            plant: plant.with_settings(SimulationSettings {
                 max_substeps: options.max_substeps,
                 ..plant.settings()
             }),
@@ -177,7 +177,7 @@ impl Problem {
         } else {
             settings.rate_step
         };
-        self.plant.with_settings(Settings {
+        self.plant.with_settings(SimulationSettings {
             smoothing,
             rate_step,
             ..settings
@@ -225,7 +225,7 @@ impl Problem {
         residuals
     }
 
-    /// Derivative of each residual of [`Problem::efforts`] by its own variable.
+    /// Derivative of each residual of [`PlanProblem::efforts`] by its own variable.
     pub(crate) fn effort_weight(&self) -> f64 {
         (self.effort / self.variables() as f64).sqrt()
     }

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use crate::descend::Point;
-use crate::problem::Problem;
+use crate::problem::PlanProblem;
 
 /// Numbers of coarse levels that are drawn from.
 const LEVELS: [usize; 4] = [2, 3, 4, 6];
@@ -18,7 +18,7 @@ const GENERATION: usize = 4;
 const SMALLEST: f64 = 0.1;
 
 /// Draws coarse commands and simulates them under the hard laws; the best first.
-pub(crate) fn best_of(problem: &Problem, samples: usize, seed: u64) -> Vec<Point> {
+pub(crate) fn best_of(problem: &PlanProblem, samples: usize, seed: u64) -> Vec<Point> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let anew = (ANEW * samples as f64).ceil() as usize;
     let drawn = (0..anew).map(|_| coarse(problem, &mut random)).collect();
@@ -36,7 +36,7 @@ pub(crate) fn best_of(problem: &Problem, samples: usize, seed: u64) -> Vec<Point
 }
 
 /// Simulates and sorts by the cost.
-fn extend(problem: &Problem, points: &mut Vec<Point>, drawn: Vec<Vec<f64>>) {
+fn extend(problem: &PlanProblem, points: &mut Vec<Point>, drawn: Vec<Vec<f64>>) {
     let drawn: Vec<Point> = drawn
         .into_par_iter()
         .map(|x| problem.point(0.0, x))
@@ -46,7 +46,7 @@ fn extend(problem: &Problem, points: &mut Vec<Point>, drawn: Vec<Vec<f64>>) {
 }
 
 /// Levels at random for equal times, of every input.
-fn coarse(problem: &Problem, random: &mut ChaCha8Rng) -> Vec<f64> {
+fn coarse(problem: &PlanProblem, random: &mut ChaCha8Rng) -> Vec<f64> {
     let layout = &problem.layout;
     let mut x = problem.rest();
     let levels = LEVELS[random.random_range(0..LEVELS.len())];
@@ -63,7 +63,7 @@ fn coarse(problem: &Problem, random: &mut ChaCha8Rng) -> Vec<f64> {
 }
 
 /// Coarse changes of a point, a fifth of the range in the mean.
-fn near(problem: &Problem, best: &[f64], random: &mut ChaCha8Rng) -> Vec<f64> {
+fn near(problem: &PlanProblem, best: &[f64], random: &mut ChaCha8Rng) -> Vec<f64> {
     let layout = &problem.layout;
     let mut x = best.to_vec();
     let levels = LEVELS[random.random_range(0..LEVELS.len())];

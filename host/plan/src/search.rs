@@ -4,7 +4,7 @@
 use crate::central_path::Level;
 use crate::descend::{Criteria, FIRST_DAMPING};
 use crate::options::Options;
-use crate::problem::Problem;
+use crate::problem::PlanProblem;
 use crate::sample;
 
 /// A search for the commands of a plan.
@@ -36,7 +36,7 @@ pub struct Found {
 /// Searches with at most `options.simulations` simulations, those that the problem took before
 /// included. `progress` hears of each level.
 pub fn search(
-    problem: &Problem,
+    problem: &PlanProblem,
     options: &Options,
     how: Search,
     progress: &mut dyn FnMut(&Level),

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use sinew_sim::{Plant, Rig};
 
 use crate::derivatives::Direction;
-use crate::{Goal, Options, Problem};
+use crate::{Goal, Options, PlanProblem};
 
 /// A sled with dry friction, and a second mass beyond a gap of 50 mm.
 const SLED: &str = include_str!("../tests/sled.toml");
@@ -16,15 +16,16 @@ fn plant(text: &str) -> Plant {
     Plant::new(&rig).expect("the rig is sound")
 }
 
-fn problem(goals: &[&str], options: &Options) -> Problem {
+fn problem(goals: &[&str], options: &Options) -> PlanProblem {
     let goals: Vec<Goal> = goals
         .iter()
         .map(|goal| Goal::parse(goal).expect("a goal"))
         .collect();
-    Problem::new(&plant(SLED), Path::new("sled.toml"), &goals, None, options).expect("a problem")
+    PlanProblem::new(&plant(SLED), Path::new("sled.toml"), &goals, None, options)
+        .expect("a problem")
 }
 
-fn pushing(problem: &Problem) -> Vec<f64> {
+fn pushing(problem: &PlanProblem) -> Vec<f64> {
     let mut x: Vec<f64> = (0..problem.variables())
         .map(|k| 0.6 - 0.05 * (k as f64) + 0.1 * (k as f64).sin())
         .collect();
@@ -103,7 +104,7 @@ proptest! {
         let plant = plant(&text);
         let options = Options { rate_hz, ..Options::default() };
         let goal = Goal::parse("sled.position = 0.1 at 1.5 s").expect("a goal");
-        let problem = Problem::new(&plant, Path::new("x.toml"), &[goal], None, &options)
+        let problem = PlanProblem::new(&plant, Path::new("x.toml"), &[goal], None, &options)
             .expect("a problem");
         let mut x = wanted;
         problem.project(&mut x);

@@ -5,7 +5,7 @@ use std::time::Duration;
 use pyo3::prelude::*;
 use sinew_ident::check::check;
 use sinew_ident::diagnose::output::{self, Shown};
-use sinew_ident::diagnose::{Options, Recordings, Stop, diagnose as search};
+use sinew_ident::diagnose::{DiagnoseOptions, Recordings, Stop, diagnose as search};
 use sinew_ident::error::Result;
 use sinew_ident::fit::free_run;
 use sinew_ident::recording::Recording;
@@ -51,11 +51,11 @@ pub fn diagnose(
     let time_limit = time_limit.map(Duration::try_from_secs_f64).transpose();
     let time_limit = time_limit.map_err(|e| refused(format!("time_limit must be seconds: {e}")))?;
     let stop = Stop::default();
-    let options = Options {
+    let options = DiagnoseOptions {
         seed,
         time_limit,
         stop: stop.clone(),
-        ..Options::default()
+        ..DiagnoseOptions::default()
     };
     work::run(
         py,
@@ -73,7 +73,7 @@ pub fn diagnose(
 fn found(
     rig: &NativeRig,
     recordings: &Recordings,
-    options: &Options,
+    options: &DiagnoseOptions,
     progress: &(dyn Fn(&str, usize, usize) + Sync),
 ) -> Result<RawDiagnosis> {
     let roles = [
@@ -88,7 +88,7 @@ fn found(
     let all: Vec<Recording> = shown.iter().map(|it| it.recording.clone()).collect();
     let checks = check(&all, Some(&rig.rig));
     refuse(&checks)?;
-    let options = Options {
+    let options = DiagnoseOptions {
         checks,
         ..options.clone()
     };

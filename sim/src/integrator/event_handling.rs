@@ -8,7 +8,7 @@ use super::substep::Substep;
 use super::{sticking, stiction_set};
 use crate::plant::topology::Topology;
 use crate::scalar::Scalar;
-use crate::settings::Report;
+use crate::settings::IntegrationReport;
 
 impl<S: Scalar> Substep<S> {
     /// Goes through the first event and all that follow it on the sub-step.
@@ -19,7 +19,7 @@ impl<S: Scalar> Substep<S> {
         first: (Event, f64),
         mut tau: S,
         h: S,
-        report: &mut Report,
+        report: &mut IntegrationReport,
     ) {
         // More events than this on a sub-step means chatter below its resolution.
         let most = 8 + 4 * (topology.frictions.len() + topology.switches.len());

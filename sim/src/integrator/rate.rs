@@ -5,7 +5,7 @@ use crate::effects::{At, Slopes};
 use crate::error::SimulationError;
 use crate::plant::forces::State;
 use crate::plant::topology::{Followed, Memory, Topology};
-use crate::settings::{MOST_RATE_STEP, Settings};
+use crate::settings::{MOST_RATE_STEP, SimulationSettings};
 
 /// Row sums of |M^-1/2 K M^-1/2| and |M^-1/2 C M^-1/2|, an upper bound on their eigenvalues.
 struct RowSums<'a> {
@@ -253,7 +253,7 @@ pub(super) fn substeps(
     topology: &Topology,
     (rate, body): (f64, usize),
     interval: f64,
-    settings: &Settings,
+    settings: &SimulationSettings,
 ) -> Result<usize, SimulationError> {
     let most = settings.max_substeps;
     let wanted = rate * interval / settings.rate_step.min(MOST_RATE_STEP);

@@ -12,7 +12,7 @@ use crate::plant::motion;
 use crate::plant::topology::Topology;
 use crate::rig::Reads;
 use crate::scalar::Scalar;
-use crate::settings::{Report, Settings};
+use crate::settings::{IntegrationReport, SimulationSettings};
 use std::sync::Arc;
 
 /// A plant that is stepped sample by sample: what a controller is tested against.
@@ -37,12 +37,12 @@ pub struct Stepper<S> {
     pub(super) work: Substep<S>,
     pub(super) supply: InputChain<S>,
     pub(super) signals: Signals<S>,
-    pub(super) report: Report,
+    pub(super) report: IntegrationReport,
     pub(super) rate: (f64, usize),
     pub(super) time: f64,
     /// Time in the sample interval at which the inputs are read, s.
     pub(super) tau: f64,
-    pub(super) settings: Settings,
+    pub(super) settings: SimulationSettings,
     /// Inputs have been seen: lagged tensions have their first value.
     pub(super) filled: bool,
     /// By how much more than the rates say the last interval was refined, for a tolerance.
@@ -87,7 +87,7 @@ impl<S: Scalar> Stepper<S> {
             supply: InputChain::new(&topology),
             signals: Signals::new(&topology),
             topology,
-            report: Report::default(),
+            report: IntegrationReport::default(),
             rate: (0.0, 0),
             time: 0.0,
             tau: 0.0,
@@ -185,7 +185,7 @@ impl<S: Scalar> Stepper<S> {
     }
 
     /// Report of the integration so far.
-    pub fn report(&self) -> Report {
+    pub fn report(&self) -> IntegrationReport {
         self.report
     }
 

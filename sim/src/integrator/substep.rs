@@ -10,7 +10,7 @@ use crate::plant::forces::{Forces, Point, State};
 use crate::plant::input_signal::InputSignal;
 use crate::plant::topology::Topology;
 use crate::scalar::Scalar;
-use crate::settings::Report;
+use crate::settings::IntegrationReport;
 use std::ops::{Add, Mul};
 
 /// Everything that a sub-step works in; allocated once a simulation.
@@ -81,7 +81,7 @@ impl<S: Scalar> Substep<S> {
         tau: S,
         h: T,
         length: f64,
-        report: &mut Report,
+        report: &mut IntegrationReport,
     ) where
         T: Copy + Mul<f64, Output = T>,
         S: Mul<T, Output = S> + Add<T, Output = S>,

@@ -14,7 +14,7 @@ use crate::effects::{Kind, Sign};
 use crate::error::Error;
 use crate::law::{Curve, LawKind};
 use crate::rig::{AppliedLaw, Drives, End, Hold, Place, PositionLoop, Reads, Rig, Signal, Value};
-use crate::settings::Settings;
+use crate::settings::SimulationSettings;
 use crate::unit::{self, Motion, Quantity};
 use std::sync::Arc;
 
@@ -48,7 +48,7 @@ pub(super) fn compile(rig: &Rig) -> Result<Plant, Error> {
         parameters: parameters.collect(),
         sensors: sensors.collect(),
         inputs: inputs.into(),
-        settings: Settings::default(),
+        settings: SimulationSettings::default(),
     })
 }
 

@@ -17,7 +17,7 @@ use crate::error::{Error, SimulationError};
 use crate::imposed_motion::ImposedMotion;
 use crate::law::Curve;
 use crate::rig::{Hold, Place, Rig};
-use crate::settings::Settings;
+use crate::settings::SimulationSettings;
 pub(crate) use compile::parameters;
 pub use shapes::{Outline, Role};
 use std::sync::Arc;
@@ -186,7 +186,7 @@ pub struct Plant {
     parameters: Arc<[Parameter]>,
     inputs: Arc<[Input]>,
     sensors: Arc<[SensorChannel]>,
-    settings: Settings,
+    settings: SimulationSettings,
 }
 
 impl Plant {
@@ -199,7 +199,7 @@ impl Plant {
     }
 
     /// The same plant, integrated in another way.
-    pub fn with_settings(&self, settings: Settings) -> Self {
+    pub fn with_settings(&self, settings: SimulationSettings) -> Self {
         Self {
             settings,
             ..self.clone()
@@ -207,7 +207,7 @@ impl Plant {
     }
 
     /// Settings of its integrator.
-    pub fn settings(&self) -> Settings {
+    pub fn settings(&self) -> SimulationSettings {
         self.settings
     }
 

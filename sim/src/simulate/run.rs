@@ -10,7 +10,7 @@ use crate::integrator::Stepper;
 use crate::integrator::exact::TransitionCache;
 use crate::plant::Plant;
 use crate::scalar::Scalar;
-use crate::settings::Report;
+use crate::settings::IntegrationReport;
 
 /// Result of a simulation.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ pub struct Trajectory<S> {
     /// The state at the last time.
     pub final_state: Vec<S>,
     /// Report of the integrator.
-    pub report: Report,
+    pub report: IntegrationReport,
 }
 
 impl<S: Copy> Trajectory<S> {

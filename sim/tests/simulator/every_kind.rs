@@ -5,7 +5,7 @@
 use crate::complex::Complex;
 use crate::mechanisms::{effect, plant, times};
 use sinew_sim::effects::Kind;
-use sinew_sim::{Dual, InputTrajectory, Plant, Scalar, Settings, Simulated, Trajectory};
+use sinew_sim::{Dual, InputTrajectory, Plant, Scalar, Simulated, SimulationSettings, Trajectory};
 
 const SEEDS: usize = 24;
 
@@ -457,9 +457,9 @@ fn the_smoothed_law_has_the_hard_one_as_its_limit() {
     let errors: Vec<f64> = [1e-2, 1e-3, 1e-4, 1e-5]
         .iter()
         .map(|&smoothing| {
-            let smooth = hard.with_settings(Settings {
+            let smooth = hard.with_settings(SimulationSettings {
                 smoothing,
-                ..Settings::default()
+                ..SimulationSettings::default()
             });
             let run = simulate(&smooth, &smooth.values(), &times);
             assert_eq!(run.report.events, 0);
@@ -483,9 +483,9 @@ fn a_tolerance_refines_the_steps() {
     let &(kind, component, parameters, _) = ripple.unwrap();
     let plant = bench("linear", (kind, component, parameters));
     let with = |tolerance| {
-        let settings = Settings {
+        let settings = SimulationSettings {
             tolerance,
-            ..Settings::default()
+            ..SimulationSettings::default()
         };
         simulate(&plant.with_settings(settings), &plant.values(), &times)
     };

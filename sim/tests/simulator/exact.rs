@@ -3,7 +3,7 @@
 
 use crate::complex::Complex;
 use crate::mechanisms::{DAMPER, RAMP, SPRING, distance, effect, slide};
-use sinew_sim::{Dual, InputTrajectory, Plant, Scalar, Settings, Stepper};
+use sinew_sim::{Dual, InputTrajectory, Plant, Scalar, SimulationSettings, Stepper};
 
 /// Everything that is linear at once: a spring that creeps, a body that hangs on another, a weight,
 /// a tendon that may push.
@@ -29,9 +29,9 @@ fn everything() -> String {
 fn in_substeps() -> Plant {
     let place = [("position", 1e3), ("stiffness", 1.0), ("damping", 0.0)];
     let far = effect("end_stop", "mass", &place) + "side = 1.0\n";
-    slide(0.1, -0.4, &(everything() + &far)).with_settings(Settings {
+    slide(0.1, -0.4, &(everything() + &far)).with_settings(SimulationSettings {
         tolerance: Some(1e-13),
-        ..Settings::default()
+        ..SimulationSettings::default()
     })
 }
 

@@ -1,7 +1,7 @@
 //! HASEL actuators: the published static force, the charge, and energy that nobody makes.
 
 use crate::mechanisms::{plant, run, times};
-use sinew_sim::{Dual, InputTrajectory, Plant, Rig, Scalar, Settings, Stepper};
+use sinew_sim::{Dual, InputTrajectory, Plant, Rig, Scalar, SimulationSettings, Stepper};
 
 const EPSILON_0: f64 = 8.854_187_818_8e-12;
 const LENGTH: f64 = 0.02;
@@ -242,9 +242,9 @@ fn derivatives_reach_through_the_pouch() {
 #[test]
 fn the_shipped_platform_reaches_the_published_swirl() {
     let rig = Rig::load(concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/hasel.toml"));
-    let settings = Settings {
+    let settings = SimulationSettings {
         rate_step: 0.4,
-        ..Settings::default()
+        ..SimulationSettings::default()
     };
     let plant =
         Plant::new(&rig.expect("the rig ships with the project")).expect("the rig is sound");

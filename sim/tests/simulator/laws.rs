@@ -1,7 +1,7 @@
 //! Laws with memory, gaps and delays against closed solutions.
 
 use crate::mechanisms::{SPRING, distance, effect, plant, run, slide, times};
-use sinew_sim::Settings;
+use sinew_sim::SimulationSettings;
 
 /// A body too heavy to be slowed, so that a spring is drawn out at a constant rate.
 fn drawn(rate: f64, more: &str) -> Vec<f64> {
@@ -361,7 +361,7 @@ fn a_lagged_tension_starts_at_its_first_value() {
 fn a_blunt_hysteresis_is_simulated_as_fast_as_a_sharp_one() {
     let times = times(400, 0.01);
     let input: Vec<f64> = times.iter().map(|t| 3.0 * (2.0 * t).sin()).collect();
-    let of = |exponent: f64, settings: Settings| {
+    let of = |exponent: f64, settings: SimulationSettings| {
         let more = [
             ("alpha", 30.0),
             ("beta", 6.0),
@@ -373,11 +373,11 @@ fn a_blunt_hysteresis_is_simulated_as_fast_as_a_sharp_one() {
         run(&plant.with_settings(settings), &times, &[&input])
     };
     for exponent in [0.98, 0.7] {
-        let ours = of(exponent, Settings::default());
+        let ours = of(exponent, SimulationSettings::default());
         assert!(ours.report.most_substeps <= 16, "{:?}", ours.report);
-        let fine = Settings {
+        let fine = SimulationSettings {
             rate_step: 0.002,
-            ..Settings::default()
+            ..SimulationSettings::default()
         };
         let error = distance(&ours.column(0), of(exponent, fine).column(0));
         assert!(error < 1e-5, "{exponent}: {error:e}");

@@ -11,7 +11,7 @@ use sinew_board_qemu::time::{self, Counter};
 use sinew_board_runtime::checks::{golden, subject};
 use sinew_board_runtime::model::control::{Controller, HORIZON, NS, NU, NY};
 use sinew_board_runtime::{model, stack};
-use sinew_device::checks::{self, Outcome, Ticks, times};
+use sinew_device::checks::{self, CheckOutcome, Ticks, times};
 use sinew_device::for_each_check;
 use static_cell::StaticCell;
 
@@ -21,7 +21,7 @@ static CONTROLLER: StaticCell<Controller> = StaticCell::new();
 const STEPS: u32 = 400;
 
 /// Says how a check ended; whether it failed.
-fn told(name: &str, outcome: Outcome) -> bool {
+fn told(name: &str, outcome: CheckOutcome) -> bool {
     match outcome {
         Ok(()) => defmt::info!("{=str} ... ok", name),
         Err(wrong) => defmt::error!("{=str} ... FAILED: {}", name, wrong),

@@ -1,6 +1,6 @@
 //! Times in minutes or hours, by a rig: it moves as believed once they are seconds.
 
-use sinew_sim::{Plant, Rig, Settings};
+use sinew_sim::{Plant, Rig, SimulationSettings};
 
 use super::finding::{Check, number};
 use super::motion::from_rest;
@@ -59,9 +59,9 @@ pub(super) fn detect(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<
 /// Tells whether samples stand close enough to show the rig as it is written. Where they do not,
 /// times cannot be in that unit, and a simulation would take thousands of steps a sample.
 fn resolves(rig: &Rig, recording: &Recording) -> bool {
-    let settings = Settings {
+    let settings = SimulationSettings {
         max_substeps: MOST_SUBSTEPS,
-        ..Settings::default()
+        ..SimulationSettings::default()
     };
     let few = recording.rows(0..recording.len().min(ROWS));
     let plant = Plant::new(rig).map(|plant| plant.with_settings(settings));

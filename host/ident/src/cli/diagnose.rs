@@ -14,7 +14,7 @@ use super::progress::Stage;
 use super::repair::Repairs;
 use super::said::Said;
 use crate::diagnose::output::{self, Shown};
-use crate::diagnose::{Diagnosis, Options, Recordings, Verdict, diagnose};
+use crate::diagnose::{DiagnoseOptions, Diagnosis, Recordings, Verdict, diagnose};
 use crate::error::{Error, Result};
 use crate::fit::require;
 use crate::mechanism::changes;
@@ -102,12 +102,12 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         .before(&rig, all.into_iter().flatten(), quiet)?;
     let stage = Stage::begin("diagnose", quiet);
     let interrupt = Interrupt::listen();
-    let options = Options {
+    let options = DiagnoseOptions {
         seed: arguments.common.seed,
         time_limit: arguments.time_limit,
         stop: interrupt.stop.clone(),
         checks,
-        ..Options::default()
+        ..DiagnoseOptions::default()
     };
     let told = |what: &str, done: usize, of: usize| stage.count(done, of, what);
     let found = diagnose(&rig, &recordings, &options, &told)?;

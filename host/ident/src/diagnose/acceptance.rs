@@ -4,7 +4,7 @@ use crate::diagnose::config::CONFIG;
 use std::collections::BTreeMap;
 
 use sinew_sim::effects::Family;
-use sinew_sim::{Rig, Settings};
+use sinew_sim::{Rig, SimulationSettings};
 
 use crate::diagnose::candidate::{Candidate, only, same_mechanism};
 use crate::diagnose::case::Case;
@@ -30,7 +30,7 @@ pub(crate) fn leaves_something(case: &Case, candidate: &Candidate) -> bool {
 /// A rig that cannot be compiled.
 pub(crate) fn holds_over_whole_recordings(case: &Case, before: &Rig, after: &Rig) -> Result<bool> {
     let left = |rig: &Rig| -> Result<Option<f64>> {
-        let model = Model::new(rig, rig, &[], Settings::default())?;
+        let model = Model::new(rig, rig, &[], SimulationSettings::default())?;
         let (values, whole) = (model.plant.values(), case.check.cut(1));
         let residuals = Residuals::of(&model, &values, case.check, &whole, None)?;
         Ok(residuals.map(|residuals| beside_noise(&residuals, case.check)))

@@ -3,7 +3,7 @@
 use crate::diagnose::config::CONFIG;
 use std::ops::Range;
 
-use sinew_sim::{Rig, Settings};
+use sinew_sim::{Rig, SimulationSettings};
 
 use crate::diagnose::acceptance::stands_out;
 use crate::diagnose::candidate::{Candidate, Trial};
@@ -25,7 +25,7 @@ use crate::fit::{Fit, FitOptions, fit};
 /// # Errors
 /// A rig that cannot be compiled.
 pub(crate) fn explains_as_written(case: &Case, rig: &Rig) -> Result<bool> {
-    let model = Model::new(rig, rig, &[], Settings::default())?;
+    let model = Model::new(rig, rig, &[], SimulationSettings::default())?;
     let values = model.plant.values();
     for (data, intervals) in [
         (case.fit, &case.fit_intervals),

@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use sinew_sim::effects::Kind;
-use sinew_sim::{Plant, Rig, Settings};
+use sinew_sim::{Plant, Rig, SimulationSettings};
 
 use crate::diagnose::data::Data;
 use crate::diagnose::progress::Progress;
@@ -25,7 +25,7 @@ pub(crate) struct Case<'a> {
     /// Recordings are judged in intervals with start states of their own: something integrates.
     pub in_parts: bool,
     /// Integration of full refits.
-    pub settings: Settings,
+    pub settings: SimulationSettings,
     pub fit_intervals: Vec<(usize, Range<usize>)>,
     pub check_intervals: Vec<(usize, Range<usize>)>,
     /// Vocabulary of the search.
@@ -107,7 +107,7 @@ pub(crate) fn refit_settings(
     values: &[f64],
     fit: &Data,
     both: &Data,
-) -> (Settings, usize) {
+) -> (SimulationSettings, usize) {
     let pace = pace(plant, values, &fit.experiments);
     let cost = step_cost(plant);
     let step = CONFIG.refit.step * cost;

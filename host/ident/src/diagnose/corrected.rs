@@ -1,7 +1,7 @@
 //! The rig with what was found, fitted to whole recordings.
 
 use crate::diagnose::config::CONFIG;
-use sinew_sim::{Plant, Rig, Settings};
+use sinew_sim::{Plant, Rig, SimulationSettings};
 
 use crate::diagnose::calibration::Known;
 use crate::diagnose::case::Case;
@@ -25,7 +25,7 @@ pub(crate) fn correct(
     let rig = best.model.with(&best.point.values)?;
     if !case.in_parts {
         let (point, segments) = whole(best, case, CONFIG.refit.corrected_steps)?;
-        let model = best.model.integrated(Settings::default());
+        let model = best.model.integrated(SimulationSettings::default());
         let widths = model.half_widths(case.fit, &segments, &point);
         let rig = best.model.with(&point.values)?;
         let known = estimates(&rig, |name| widths.get(name).copied())?;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use sinew_sim::{Plant, Rig, Settings};
+use sinew_sim::{Plant, Rig, SimulationSettings};
 
 use crate::diagnose::case::Case;
 use crate::diagnose::config::CONFIG;
@@ -75,7 +75,7 @@ fn errors(rigs: [&Rig; 3], recordings: &[Recording], windows: Option<f64>) -> Re
 /// Residuals of a rig over windows of about these seconds, each from the start state that explains
 /// it best, as candidates are judged; `None` where it cannot be simulated.
 fn over_windows(rig: &Rig, recordings: &[Recording], seconds: f64) -> Result<Option<Residuals>> {
-    let model = Model::new(rig, rig, &[], Settings::default())?;
+    let model = Model::new(rig, rig, &[], SimulationSettings::default())?;
     let data = Data::new(rig, &model.plant, recordings)?;
     let values = model.plant.values();
     let cut = recordings

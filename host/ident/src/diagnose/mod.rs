@@ -85,7 +85,7 @@ pub struct Recordings {
 
 /// Options of a diagnosis.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct DiagnoseOptions {
     /// Seed of the resampling.
     pub seed: u64,
     /// Effects that may be missing from the rig.
@@ -103,7 +103,7 @@ pub struct Options {
     pub checks: Vec<Check>,
 }
 
-impl Default for Options {
+impl Default for DiagnoseOptions {
     fn default() -> Self {
         Self {
             seed: 1,
@@ -119,7 +119,7 @@ impl Default for Options {
 /// Finds out what a rig lacks. `told` hears what is being done, how much of it, and of how much.
 ///
 /// ```
-/// use sinew_ident::diagnose::{Options, Recordings, Verdict, diagnose};
+/// use sinew_ident::diagnose::{DiagnoseOptions, Recordings, Verdict, diagnose};
 /// use sinew_ident::recording::Recording;
 /// let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../rigs/");
 /// let rig = sinew_sim::Rig::load(format!("{folder}mass-spring-damper.toml"))?;
@@ -128,10 +128,10 @@ impl Default for Options {
 ///     check: vec![Recording::read(format!("{folder}mass-spring-damper.test.csv"))?],
 ///     test: vec![],
 /// };
-/// let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {})?;
+/// let found = diagnose(&rig, &recordings, &DiagnoseOptions::default(), &|_, _, _| {})?;
 /// assert_eq!(found.verdict, Verdict::MissingPhysics);
 /// assert_eq!(found.effects[0].kind, "coulomb_friction");
-/// assert!(diagnose(&rig, &Recordings::default(), &Options::default(), &|_, _, _| {}).is_err());
+/// assert!(diagnose(&rig, &Recordings::default(), &DiagnoseOptions::default(), &|_, _, _| {}).is_err());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -140,7 +140,7 @@ impl Default for Options {
 pub fn diagnose(
     rig: &Rig,
     recordings: &Recordings,
-    options: &Options,
+    options: &DiagnoseOptions,
     progress: &(dyn Fn(&str, usize, usize) + Sync),
 ) -> Result<Diagnosis> {
     let begun = std::time::Instant::now();
@@ -168,7 +168,7 @@ pub fn diagnose(
 fn stopped_by_an_end(
     rig: &Rig,
     recordings: &Recordings,
-    (options, found): (&Options, &Diagnosis),
+    (options, found): (&DiagnoseOptions, &Diagnosis),
     progress: &(dyn Fn(&str, usize, usize) + Sync),
 ) -> Result<bool> {
     let explained = matches!(found.verdict, Verdict::Consistent | Verdict::Parameters);
@@ -176,7 +176,7 @@ fn stopped_by_an_end(
     if explained || !asked {
         return Ok(false);
     }
-    let ends = Options {
+    let ends = DiagnoseOptions {
         effects: vec![Kind::EndStop],
         ..options.clone()
     };
@@ -188,7 +188,7 @@ fn stopped_by_an_end(
 fn search_and_conclude(
     rig: &Rig,
     recordings: &Recordings,
-    options: &Options,
+    options: &DiagnoseOptions,
     progress: &(dyn Fn(&str, usize, usize) + Sync),
 ) -> Result<Diagnosis> {
     let time = TimeBudget::new(options.time_limit, options.stop.clone());

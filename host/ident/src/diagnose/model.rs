@@ -3,7 +3,7 @@
 use crate::diagnose::config::CONFIG;
 use std::collections::BTreeMap;
 
-use sinew_sim::{Plant, Rig, Settings};
+use sinew_sim::{Plant, Rig, SimulationSettings};
 
 use crate::diagnose::data::Data;
 use crate::diagnose::term::{Term, Tried};
@@ -55,7 +55,12 @@ impl Model {
     ///
     /// # Errors
     /// A rig that cannot be compiled.
-    pub fn new(rig: &Rig, written: &Rig, terms: &[Term], settings: Settings) -> Result<Self> {
+    pub fn new(
+        rig: &Rig,
+        written: &Rig,
+        terms: &[Term],
+        settings: SimulationSettings,
+    ) -> Result<Self> {
         let plant = Plant::new(rig)?.with_settings(settings);
         let as_written = Plant::new(written)?;
         let trial: Vec<Tried> = terms.iter().flat_map(|term| term.tried(&plant)).collect();
@@ -155,7 +160,7 @@ impl Model {
     }
 
     /// The same, integrated as `settings` say.
-    pub fn integrated(&self, settings: Settings) -> Self {
+    pub fn integrated(&self, settings: SimulationSettings) -> Self {
         Self {
             plant: self.plant.clone().with_settings(settings),
             ..self.clone()
@@ -396,8 +401,8 @@ mod tests {
         let with = term
             .apply(&rig, begun)
             .expect("the effect can sit at the mass");
-        let model =
-            Model::new(&with, &rig, &[term], Settings::default()).expect("the model compiles");
+        let model = Model::new(&with, &rig, &[term], SimulationSettings::default())
+            .expect("the model compiles");
         let named = |slot: &usize| model.plant.parameters()[*slot].name.ends_with(parameter);
         let at = model.slots.iter().position(named);
         model.bounds[at.expect("the parameter is under trial")]
@@ -417,8 +422,8 @@ mod tests {
             .apply(&rig, &[1.0, 2.0, 0.5, 0.5])
             .expect("the effect can sit at the mass");
         let terms = [term.clone()];
-        let model =
-            Model::new(&with, &rig, &terms, Settings::default()).expect("the model compiles");
+        let model = Model::new(&with, &rig, &terms, SimulationSettings::default())
+            .expect("the model compiles");
         let damping = model
             .plant
             .slot("mass.direction_dependent_friction.damping_pos");

@@ -1,6 +1,6 @@
 //! A candidate fitted to whole recordings.
 
-use sinew_sim::Settings;
+use sinew_sim::SimulationSettings;
 
 use crate::diagnose::candidate::Trial;
 use crate::diagnose::case::Case;
@@ -13,7 +13,7 @@ use crate::fit::segment::Segment;
 /// The best candidate fitted to the whole of the recordings, integrated as a simulation is, from
 /// where the search ended; and the recordings as that fit saw them.
 pub(crate) fn whole(best: &Trial, case: &Case, steps: usize) -> Result<(Point, Vec<Segment>)> {
-    let model = &best.model.integrated(Settings::default());
+    let model = &best.model.integrated(SimulationSettings::default());
     let data = case.fit;
     let mut segments = data.segments(&model.plant, &data.cut(1))?;
     let values = best.point.values.clone();

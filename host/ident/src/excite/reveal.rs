@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::Serialize;
 use sinew_sim::effects::Kind;
-use sinew_sim::{InputTrajectory, Plant, Rig, Settings};
+use sinew_sim::{InputTrajectory, Plant, Rig, SimulationSettings};
 
 use super::Experiment;
 use crate::error::{Error, Result};
@@ -146,10 +146,10 @@ pub(super) fn weak_instances(
 }
 
 /// Steps of the runs that are compared.
-pub(super) fn settings() -> Settings {
-    Settings {
+pub(super) fn settings() -> SimulationSettings {
+    SimulationSettings {
         rate_step: RATE_STEP,
-        ..Settings::default()
+        ..SimulationSettings::default()
     }
 }
 
@@ -165,8 +165,8 @@ pub(super) fn driven(
 }
 
 /// Most sub-steps of a run with an effect, or with other numbers, beside those of the rig itself.
-pub(super) fn bounded(settings: Settings, most_substeps: usize) -> Settings {
-    Settings {
+pub(super) fn bounded(settings: SimulationSettings, most_substeps: usize) -> SimulationSettings {
+    SimulationSettings {
         max_substeps: (MORE_STEPS * most_substeps).min(settings.max_substeps),
         ..settings
     }

@@ -1,6 +1,6 @@
 //! Cost of simulating a rig, and the step budget of a search that tries other numbers.
 
-use sinew_sim::{Plant, Settings, Stepper};
+use sinew_sim::{Plant, SimulationSettings, Stepper};
 
 use super::experiment::Experiment;
 
@@ -40,15 +40,15 @@ pub(crate) fn settings(
     values: &[f64],
     experiments: &[Experiment],
     step: f64,
-) -> Settings {
+) -> SimulationSettings {
     let known = met(plant, values, experiments).unwrap_or_else(|| at_rest(plant, values));
     let fastest = (FASTER * known).max(FAST / usual(experiments));
     let gaps = experiments
         .iter()
         .flat_map(|experiment| experiment.t.windows(2));
     let longest = gaps.map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
-    let usually = Settings::default();
-    Settings {
+    let usually = SimulationSettings::default();
+    SimulationSettings {
         rate_step: step,
         max_substeps: ((fastest * longest / step).ceil() as usize).clamp(1, usually.max_substeps),
         ..usually

@@ -2,7 +2,7 @@
 //! diagnosis meets.
 
 use sinew_ident::check::{Check, check};
-use sinew_ident::diagnose::{Diagnosis, Options, Recordings, Verdict, diagnose};
+use sinew_ident::diagnose::{DiagnoseOptions, Diagnosis, Recordings, Verdict, diagnose};
 use sinew_ident::recording::repair::{Repair, TimeUnit};
 use sinew_ident::recording::{Column, Recording};
 use sinew_sim::Rig;
@@ -54,9 +54,9 @@ fn roles(fit: &Recording, check: &Recording) -> Recordings {
 /// The diagnosis beside the checks of its recordings, as the command line gives it.
 pub fn diagnosed(rig: &Rig, recordings: &Recordings) -> Diagnosis {
     let all = [&recordings.fit[..], &recordings.check, &recordings.test].concat();
-    let options = Options {
+    let options = DiagnoseOptions {
         checks: check(&all, Some(rig)),
-        ..Options::default()
+        ..DiagnoseOptions::default()
     };
     diagnose(rig, recordings, &options, &|_, _, _| {}).unwrap()
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use sinew_ident::check::{Check, check};
-use sinew_ident::diagnose::{Options, Recordings, Verdict, diagnose};
+use sinew_ident::diagnose::{DiagnoseOptions, Recordings, Verdict, diagnose};
 use sinew_ident::fit::{Fit, FitOptions, fit, score};
 use sinew_ident::recording::Recording;
 use sinew_ident::recording::repair::{Repair, TimeUnit};
@@ -93,7 +93,7 @@ fn an_unstable_plant_is_fitted_in_intervals_and_is_said_to_run_away() {
         fit: vec![recording(case, "A.csv")],
         ..Recordings::default()
     };
-    let options = Options::default();
+    let options = DiagnoseOptions::default();
     let found = diagnose(&rig(case), &recordings, &options, &|_, _, _| {}).unwrap();
     assert_eq!(found.verdict, Verdict::Unexplained);
     assert!(
@@ -239,7 +239,7 @@ fn uneven_rows_lose_neither_the_noise_nor_the_friction() {
             check: vec![b],
             test: vec![],
         };
-        let options = Options::default();
+        let options = DiagnoseOptions::default();
         let found = diagnose(&rig(case), &recordings, &options, &|_, _, _| {}).unwrap();
         assert_eq!(found.verdict, Verdict::MissingPhysics, "{}", found.sentence);
         assert_eq!(found.effects[0].kind, "coulomb_friction");

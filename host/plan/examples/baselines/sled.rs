@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use sinew_ident::error::Result;
-use sinew_plan::{Goal, Options, Problem, Search, search};
+use sinew_plan::{Goal, Options, PlanProblem, Search, search};
 use sinew_sim::{Plant, Rig};
 
 pub fn run() -> Result<()> {
@@ -100,7 +100,7 @@ fn line(name: &str, plant: &Plant, goals: &[Goal], how: Search, seed: u64) -> Re
         seed,
         ..Options::default()
     };
-    let problem = Problem::new(plant, Path::new("sled.toml"), goals, None, &options)?;
+    let problem = PlanProblem::new(plant, Path::new("sled.toml"), goals, None, &options)?;
     let begun = Instant::now();
     let found = search(&problem, &options, how, &mut |level| {
         if std::env::var_os("LEVELS").is_some() {

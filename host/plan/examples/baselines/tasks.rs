@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use sinew_ident::error::Result;
 use sinew_ident::recording::{Column, Recording};
-use sinew_plan::{Goal, Options, Problem, Search, search};
-use sinew_sim::{Plant, Rig, Settings};
+use sinew_plan::{Goal, Options, PlanProblem, Search, search};
+use sinew_sim::{Plant, Rig, SimulationSettings};
 
 use crate::cma;
 
@@ -148,7 +148,7 @@ pub fn run(wanted: &[String]) -> Result<()> {
 /// Runs a task; returns the plan's cost over that of CMA-ES.
 fn line(task: &Task) -> Result<f64> {
     let plant = Plant::new(&Rig::parse(&task.rig, "task.toml")?)?;
-    let plant = plant.with_settings(Settings {
+    let plant = plant.with_settings(SimulationSettings {
         rate_step: task.rate_step,
         ..plant.settings()
     });
@@ -156,7 +156,7 @@ fn line(task: &Task) -> Result<f64> {
     let goals = goals.collect::<Result<Vec<Goal>>>()?;
     let options = Options::default();
     let file = Path::new("task.toml");
-    let problem = || Problem::new(&plant, file, &goals, task.path.as_ref(), &options);
+    let problem = || PlanProblem::new(&plant, file, &goals, task.path.as_ref(), &options);
     let found = |how| -> Result<(f64, f64, usize, f64)> {
         let problem = problem()?;
         let begun = Instant::now();

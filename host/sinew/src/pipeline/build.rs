@@ -22,7 +22,7 @@ use sinew_ident::cli::colour;
 use sinew_ident::cli::fit::fleet as read_fleet;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::cli::repair::Repairs;
-use sinew_ident::diagnose::{Diagnosis, Options, Recordings, diagnose};
+use sinew_ident::diagnose::{DiagnoseOptions, Diagnosis, Recordings, diagnose};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::{Fit, FitOptions, FreeRun, fit, free_runs, require};
 use sinew_ident::recording::Recording;
@@ -303,10 +303,10 @@ fn find(
         check: Vec::new(),
         test: tests.to_vec(),
     };
-    let options = Options {
+    let options = DiagnoseOptions {
         seed: request.seed,
         checks,
-        ..Options::default()
+        ..DiagnoseOptions::default()
     };
     let told = |what: &str, done: usize, of: usize| stage.count(done, of, what);
     let found = diagnose(rig, &recordings, &options, &told)?;

@@ -95,7 +95,7 @@ pub(crate) fn affordable<'a>(subset: &Subset<'a>, parent: &Trial) -> Result<Subs
 
 #[cfg(test)]
 mod tests {
-    use sinew_sim::{Plant, Rig, Settings};
+    use sinew_sim::{Plant, Rig, SimulationSettings};
 
     use super::*;
     use crate::diagnose::data::Data;
@@ -147,7 +147,7 @@ mod tests {
                 written: &rig,
                 data: &data,
                 intervals: intervals.iter().map(|rows| (0, rows.clone())).collect(),
-                settings: Settings::default(),
+                settings: SimulationSettings::default(),
             };
             let fitted = subset
                 .first(&rig, &plant.values(), 15)

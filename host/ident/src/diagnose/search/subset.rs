@@ -3,7 +3,7 @@
 use crate::diagnose::config::CONFIG;
 use std::ops::Range;
 
-use sinew_sim::{Plant, Rig, Settings};
+use sinew_sim::{Plant, Rig, SimulationSettings};
 
 use crate::diagnose::candidate::Trial;
 use crate::diagnose::case::Case;
@@ -22,7 +22,7 @@ pub(crate) struct Subset<'a> {
     pub data: &'a Data,
     pub intervals: Vec<(usize, std::ops::Range<usize>)>,
     /// Integration of trials: coarsely, and not at all where a step would cost too much.
-    pub settings: Settings,
+    pub settings: SimulationSettings,
 }
 
 impl<'a> Subset<'a> {

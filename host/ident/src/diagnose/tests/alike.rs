@@ -2,7 +2,7 @@
 //! (`tests/foreign`).
 
 use crate::diagnose::finding::{Diagnosis, FoundEffect, Verdict};
-use crate::diagnose::{Options, Recordings, diagnose};
+use crate::diagnose::{DiagnoseOptions, Recordings, diagnose};
 use sinew_sim::Rig;
 
 use super::recorded;
@@ -28,7 +28,12 @@ fn found(folder: &str, rows: usize) -> Diagnosis {
     };
     let own = Rig::load(foreign(&format!("{folder}/believed.toml")));
     let own = own.expect("the file is committed");
-    let found = diagnose(&own, &recordings, &Options::default(), &|_, _, _| {});
+    let found = diagnose(
+        &own,
+        &recordings,
+        &DiagnoseOptions::default(),
+        &|_, _, _| {},
+    );
     found.expect("the rig can be diagnosed")
 }
 
@@ -89,7 +94,12 @@ fn one_tendon_of_two_that_rubs_is_named_alone() {
         check: vec![answer(2)],
         test: Vec::new(),
     };
-    let found = diagnose(&own, &recordings, &Options::default(), &|_, _, _| {});
+    let found = diagnose(
+        &own,
+        &recordings,
+        &DiagnoseOptions::default(),
+        &|_, _, _| {},
+    );
     let found = found.expect("the rig can be diagnosed");
     let named = named(&found, "load_dependent_friction", "coefficient");
     agree(&named, &[("west", 0.2)], 0.05);

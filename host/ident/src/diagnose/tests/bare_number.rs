@@ -1,6 +1,6 @@
 //! Numbers and bounds of a rig that are wrong. The recordings are of another writer.
 
-use crate::diagnose::{Diagnosis, Options, Recordings, Verdict, diagnose};
+use crate::diagnose::{DiagnoseOptions, Diagnosis, Recordings, Verdict, diagnose};
 use crate::recording::Recording;
 use sinew_sim::Rig;
 
@@ -18,7 +18,7 @@ pub fn diagnosed_with(rig: &Rig) -> Diagnosis {
         check: vec![read("B.csv")],
         test: Vec::new(),
     };
-    let found = diagnose(rig, &recordings, &Options::default(), &|_, _, _| {});
+    let found = diagnose(rig, &recordings, &DiagnoseOptions::default(), &|_, _, _| {});
     found.expect("the rig can be diagnosed")
 }
 

@@ -6,7 +6,7 @@ use crate::diagnose::search::family::same_family;
 use crate::diagnose::search::start::begin;
 use crate::diagnose::search::subset::Subset;
 use crate::diagnose::term::term;
-use sinew_sim::Settings;
+use sinew_sim::SimulationSettings;
 
 use super::{compiled, recordings, rig};
 
@@ -21,7 +21,7 @@ fn laws_of_the_best_ones_family_begin_where_it_ended_unless_they_are_near() {
         written: &rig,
         data: &data,
         intervals: vec![(0, 0..600)],
-        settings: Settings::default(),
+        settings: SimulationSettings::default(),
     };
     let parent = subset.first(&rig, &compiled(&rig).values(), 15);
     let parent = parent

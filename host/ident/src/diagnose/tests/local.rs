@@ -33,8 +33,13 @@ fn a_friction_is_named_beside_zeros_that_differ_by_recording() {
         check: vec![shifted(".test.csv", -0.006)],
         test: vec![shifted(".test.csv", 0.002)],
     };
-    let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {})
-        .expect("the rig can be diagnosed");
+    let found = diagnose(
+        &rig,
+        &recordings,
+        &DiagnoseOptions::default(),
+        &|_, _, _| {},
+    )
+    .expect("the rig can be diagnosed");
     assert_eq!(found.verdict, Verdict::MissingPhysics, "{}", found.sentence);
     let kinds: Vec<&str> = found.effects.iter().map(|e| e.kind.as_str()).collect();
     assert_eq!(kinds, ["coulomb_friction"]);
@@ -61,9 +66,9 @@ fn zeros_that_differ_by_recording_are_noted_with_the_key_to_write() {
         check: vec![shifted(".test.csv", -0.016), shifted(".test.csv", 0.012)],
         test: Vec::new(),
     };
-    let options = Options {
+    let options = DiagnoseOptions {
         effects: vec![Kind::Coulomb],
-        ..Options::default()
+        ..DiagnoseOptions::default()
     };
     let found =
         diagnose(&rig(), &recordings, &options, &|_, _, _| {}).expect("the rig can be diagnosed");

@@ -22,7 +22,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_sim::{Plant, Rig, Stepper};
 
-use super::{Diagnosis, Options, Recordings, Verdict, diagnose};
+use super::{DiagnoseOptions, Diagnosis, Recordings, Verdict, diagnose};
 use crate::excite;
 use crate::fit::{FitOptions, fit};
 use crate::noise::gaussian;
@@ -49,8 +49,13 @@ pub(crate) fn recordings() -> Recordings {
 }
 
 fn found(rig: &Rig) -> Diagnosis {
-    diagnose(rig, &recordings(), &Options::default(), &|_, _, _| {})
-        .expect("the rig can be diagnosed")
+    diagnose(
+        rig,
+        &recordings(),
+        &DiagnoseOptions::default(),
+        &|_, _, _| {},
+    )
+    .expect("the rig can be diagnosed")
 }
 
 /// Recording of a push and of where it led, 100 times a second.
@@ -109,7 +114,7 @@ fn a_test_recording_that_cannot_be_scored_is_refused_before_any_work() {
     let test = Recording::parse(rows.as_bytes(), "column.csv").expect("the rows are a recording");
     recordings.test.push(test);
     let told = |what: &str, _, _| panic!("{what}: that is work");
-    let refused = diagnose(&rig(), &recordings, &Options::default(), &told);
+    let refused = diagnose(&rig(), &recordings, &DiagnoseOptions::default(), &told);
     let refused = refused.expect_err("it lacks a column").to_string();
     assert!(refused.contains("there is no column `q_m`"), "{refused}");
 }
@@ -230,7 +235,12 @@ fn the_mended_stage_foresees_what_no_refit_of_the_believed_one_does() {
     };
     let both = [recordings.fit.clone(), recordings.check.clone()].concat();
     let refitted = fit(&stage(""), &both, &FitOptions::default(), &mut |_| {}).expect("a fit");
-    let found = diagnose(&stage(""), &recordings, &Options::default(), &|_, _, _| {});
+    let found = diagnose(
+        &stage(""),
+        &recordings,
+        &DiagnoseOptions::default(),
+        &|_, _, _| {},
+    );
     let found = found.expect("the rig can be diagnosed");
     let mut kinds: Vec<&str> = found.effects.iter().map(|e| e.kind.as_str()).collect();
     kinds.sort_unstable();
@@ -294,7 +304,12 @@ fn a_law_without_a_name_is_located_and_learned_and_foresees_what_taught_nothing(
         check: vec![recorded(3)],
         test: vec![recorded(4)],
     };
-    let found = diagnose(&rig(), &recordings, &Options::default(), &|_, _, _| {});
+    let found = diagnose(
+        &rig(),
+        &recordings,
+        &DiagnoseOptions::default(),
+        &|_, _, _| {},
+    );
     let found = found.expect("the rig can be diagnosed");
     assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.sentence);
     assert!(found.effects.is_empty());

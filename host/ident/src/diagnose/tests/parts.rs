@@ -7,7 +7,7 @@ use crate::diagnose::corrected::falls;
 use crate::diagnose::data::Data;
 use crate::diagnose::finding::{Diagnosis, Verdict};
 use crate::diagnose::split::Roles;
-use crate::diagnose::{Options, Recordings, diagnose};
+use crate::diagnose::{DiagnoseOptions, Recordings, diagnose};
 use rand::SeedableRng;
 use sinew_sim::Rig;
 
@@ -62,7 +62,12 @@ fn judged(load: f64) -> Diagnosis {
         check: vec![recorded(load, 2)],
         test: Vec::new(),
     };
-    let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
+    let found = diagnose(
+        &rig,
+        &recordings,
+        &DiagnoseOptions::default(),
+        &|_, _, _| {},
+    );
     found.expect("the rig can be diagnosed")
 }
 
@@ -114,7 +119,12 @@ fn a_refit_that_short_stretches_led_astray_names_nothing() {
             Verdict::Parameters,
         ),
     ] {
-        let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
+        let found = diagnose(
+            &rig,
+            &recordings,
+            &DiagnoseOptions::default(),
+            &|_, _, _| {},
+        );
         let found = found.expect("the rig can be diagnosed");
         assert_eq!(found.verdict, verdict, "{}", found.sentence);
     }

@@ -1,6 +1,6 @@
 //! Laws that are said to look the same do.
 
-use crate::diagnose::{Options, Recordings, Verdict, diagnose};
+use crate::diagnose::{DiagnoseOptions, Recordings, Verdict, diagnose};
 use crate::noise::gaussian;
 use crate::recording::Recording;
 use rand::SeedableRng;
@@ -75,7 +75,12 @@ fn a_law_that_leaves_the_mismatch_looks_like_no_law_that_takes_it() {
         check: vec![hardening(2)],
         test: vec![],
     };
-    let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
+    let found = diagnose(
+        &rig,
+        &recordings,
+        &DiagnoseOptions::default(),
+        &|_, _, _| {},
+    );
     let found = found.expect("the rig can be diagnosed");
     assert_eq!(found.verdict, Verdict::MissingPhysics, "{}", found.sentence);
     let [cubic] = &found.effects[..] else {

@@ -4,11 +4,11 @@ use super::bare_number::{diagnosed_with, path};
 use super::pushed;
 use crate::diagnose::model::Model;
 use crate::diagnose::term::Term;
-use crate::diagnose::{Diagnosis, Options, Recordings, Verdict, diagnose};
+use crate::diagnose::{DiagnoseOptions, Diagnosis, Recordings, Verdict, diagnose};
 use crate::noise::gaussian;
 use crate::recording::{Column, Recording};
 use rand::SeedableRng;
-use sinew_sim::{Plant, Rig, Settings};
+use sinew_sim::{Plant, Rig, SimulationSettings};
 
 /// The rig of case 24 with a part of its text replaced. Truth: 2 kg, 50 N/m, 1.5 N s/m.
 fn stage(replaced: &[(&str, &str)]) -> Rig {
@@ -45,7 +45,7 @@ fn read_as(reading: impl Fn(f64) -> f64) -> Recordings {
 }
 
 fn judged(rig: &Rig, recordings: &Recordings) -> Diagnosis {
-    let found = diagnose(rig, recordings, &Options::default(), &|_, _, _| {});
+    let found = diagnose(rig, recordings, &DiagnoseOptions::default(), &|_, _, _| {});
     found.expect("the rig can be diagnosed")
 }
 
@@ -214,7 +214,7 @@ fn a_bare_number_keeps_its_value_whatever_was_tried() {
         name: "screw.damping".into(),
     }];
     let model = |terms: &[Term]| {
-        Model::new(&rig, &rig, terms, Settings::default()).expect("the rig is sound")
+        Model::new(&rig, &rig, terms, SimulationSettings::default()).expect("the rig is sound")
     };
     let plant = Plant::new(&rig).expect("the rig is sound");
     let slot = |name: &str| plant.slot(name).expect("the plant has this parameter");

@@ -1,6 +1,6 @@
 //! Friction that follows a recorded column, in recordings of closed form.
 
-use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
+use crate::diagnose::{DiagnoseOptions, Diagnosis, Recordings, diagnose};
 use crate::noise::gaussian;
 use crate::recording::{Column, Recording};
 use rand::SeedableRng;
@@ -63,7 +63,12 @@ fn found(law: [f64; 2]) -> Diagnosis {
         check: vec![moved(law, 3)],
         test: Vec::new(),
     };
-    let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
+    let found = diagnose(
+        &rig,
+        &recordings,
+        &DiagnoseOptions::default(),
+        &|_, _, _| {},
+    );
     found.expect("the rig can be diagnosed")
 }
 

@@ -1,6 +1,6 @@
 //! Of laws that say the same, the simplest is named.
 
-use crate::diagnose::{Diagnosis, Options, Recordings, Verdict, diagnose};
+use crate::diagnose::{DiagnoseOptions, Diagnosis, Recordings, Verdict, diagnose};
 use crate::noise::gaussian;
 use crate::recording::{Column, Recording};
 use rand::SeedableRng;
@@ -27,7 +27,12 @@ fn a_damper_stand_has_dry_friction_and_no_peak_of_it_that_nothing_shows() {
             check,
             test: vec![],
         };
-        let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
+        let found = diagnose(
+            &rig,
+            &recordings,
+            &DiagnoseOptions::default(),
+            &|_, _, _| {},
+        );
         let found = found.expect("the rig can be diagnosed");
         assert_eq!(named(&found), ["coulomb_friction"], "{}", found.sentence);
         assert!((found.effects[0].parameters["level"].value / 23.0 - 1.0).abs() < 0.03);
@@ -78,7 +83,12 @@ fn a_fall_has_drag_and_nothing_that_needs_a_way_back_to_be_told_from_it() {
         check: vec![fall(0.2, 2)],
         test: vec![],
     };
-    let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
+    let found = diagnose(
+        &rig,
+        &recordings,
+        &DiagnoseOptions::default(),
+        &|_, _, _| {},
+    );
     let found = found.expect("the rig can be diagnosed");
     assert_eq!(found.verdict, Verdict::MissingPhysics, "{}", found.sentence);
     assert_eq!(named(&found), ["viscous_damping"]);
@@ -116,7 +126,12 @@ fn a_fall_under_another_weight_is_no_sure_drag() {
         check: vec![lighter(4)],
         test: vec![],
     };
-    let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
+    let found = diagnose(
+        &rig,
+        &recordings,
+        &DiagnoseOptions::default(),
+        &|_, _, _| {},
+    );
     let found = found.expect("the rig can be diagnosed");
     let sure = found.effects.iter().any(|effect| effect.confidence > 0.75);
     assert!(!sure, "{}", found.sentence);

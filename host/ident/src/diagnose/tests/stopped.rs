@@ -10,13 +10,13 @@ use crate::diagnose::data::Data;
 use crate::diagnose::pool::{Pool, Selection};
 use crate::diagnose::search::simpler::add_simpler;
 use crate::diagnose::term::{Term, term};
-use crate::diagnose::{Options, Stop, Verdict, diagnose};
+use crate::diagnose::{DiagnoseOptions, Stop, Verdict, diagnose};
 
 #[test]
 fn a_search_without_time_claims_nothing_and_says_why() {
-    let options = Options {
+    let options = DiagnoseOptions {
         time_limit: Some(Duration::ZERO),
-        ..Options::default()
+        ..DiagnoseOptions::default()
     };
     let found = diagnose(&rig(), &recordings(), &options, &|_, _, _| {});
     let found = found.expect("the recordings can be diagnosed");
@@ -36,11 +36,16 @@ fn a_search_without_time_claims_nothing_and_says_why() {
 #[test]
 fn a_search_that_is_stopped_answers_with_the_best_so_far_and_is_less_sure() {
     let stop = Stop::default();
-    let options = Options {
+    let options = DiagnoseOptions {
         stop: stop.clone(),
-        ..Options::default()
+        ..DiagnoseOptions::default()
     };
-    let whole = diagnose(&rig(), &recordings(), &Options::default(), &|_, _, _| {});
+    let whole = diagnose(
+        &rig(),
+        &recordings(),
+        &DiagnoseOptions::default(),
+        &|_, _, _| {},
+    );
     let whole = whole.expect("the recordings can be diagnosed");
     let found = diagnose(&rig(), &recordings(), &options, &|what, _, _| {
         if what == "one effect: fitted to everything" {

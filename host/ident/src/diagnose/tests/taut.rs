@@ -3,7 +3,7 @@
 
 use crate::diagnose::data::Data;
 use crate::diagnose::search::subset::Subset;
-use sinew_sim::{Rig, Settings};
+use sinew_sim::{Rig, SimulationSettings};
 
 use super::{compiled, recorded};
 
@@ -33,7 +33,7 @@ fn start_states_that_are_far_off_do_not_let_tendons_hang() {
         written: &own,
         data: &data,
         intervals: (0..8).map(|k| (0, 150 * k..150 * k + 62)).collect(),
-        settings: Settings::default(),
+        settings: SimulationSettings::default(),
     };
     let fitted = subset.first(&own, &plant.values(), 15);
     let fitted = fitted

@@ -3,7 +3,7 @@
 
 use sinew_sim::effects::Kind;
 use sinew_sim::rig::Site;
-use sinew_sim::{Plant, Rig, Settings};
+use sinew_sim::{Plant, Rig, SimulationSettings};
 
 use super::driven;
 use crate::error::Result;
@@ -46,7 +46,7 @@ impl Instance {
         &self,
         rig: &Rig,
         experiment: &Experiment,
-        settings: Settings,
+        settings: SimulationSettings,
     ) -> Option<Vec<f64>> {
         let rig = rig.with_effect(self.kind, self.site, &self.values).ok()?;
         let plant = Plant::new(&rig).ok()?.with_settings(settings);
