@@ -49,6 +49,17 @@ pub struct BodyPlace {
 }
 
 /// A simulation that was refused or stopped.
+///
+/// ```
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n";
+/// use sinew_sim::{BodyPlace, InputTrajectory, Plant, Rig, SimulationError};
+/// let plant = Plant::new(&Rig::parse(text, "x.toml")?)?;
+/// let drive = InputTrajectory::new(&plant, 2, &[])?;
+/// let refused = plant.simulate(&[-2.0], &[0.0, 0.0], &drive, &[0.0, 0.1]).unwrap_err();
+/// let at = BodyPlace { file: "x.toml".into(), line: 6, body: "m".into() };
+/// assert_eq!(refused, SimulationError::Inertia { at, value: -2.0 });
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum SimulationError {
     /// A slice of the wrong length.
@@ -115,6 +126,15 @@ pub enum SimulationError {
 }
 
 /// Reason for which a plant has no unique stable rest under constant inputs.
+///
+/// ```
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n";
+/// use sinew_sim::{NoRest, Plant, Rig, SimulationError};
+/// let plant = Plant::new(&Rig::parse(text, "x.toml")?)?;
+/// let refused = plant.rest(&plant.values(), &[], &[0.0, 0.0]).unwrap_err();
+/// assert!(matches!(refused, SimulationError::NoRest { reason: NoRest::Free, .. }));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoRest {
     /// No spring, tendon or stop holds the body: it rests anywhere, or nowhere.

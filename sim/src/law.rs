@@ -57,6 +57,14 @@ impl LawKind {
 /// With numbers of zero or more the force rises with its argument: a spring has one rest and its
 /// potential has no maximum, and a damper only takes energy out. A spring conserves energy with
 /// any numbers.
+///
+/// ```
+/// use sinew_sim::{LawKind, LawShape};
+/// let shape = LawShape { kind: LawKind::Spring, odd: true, reach: 0.1, length: 1.0, width: 1.0 };
+/// // Equal stiffnesses are a linear spring.
+/// assert!((shape.resistance(&[40.0, 40.0, 40.0], -0.05) + 2.0).abs() < 1e-12);
+/// assert_eq!(shape.places(3), [0.0, 0.05, 0.1]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LawShape {
     /// Spring or damper.

@@ -55,6 +55,21 @@ impl Default for SimulationSettings {
 }
 
 /// Report of an integration.
+///
+/// ```
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n\
+/// # [[spring]]\nname='k'\nfrom='ground'\nto='m'\nstiffness={ value = 40.0, min = 1.0 }\n\
+/// # [[actuator]]\nname='a'\ndrives='m'\ninput='u_N'\ngain=1.0\n\
+/// # [[sensor]]\nname='s'\nreads='m.position'\nsignal='q_mm'\nunit='mm'\n";
+/// use sinew_sim::{InputTrajectory, Plant, Rig};
+/// let text = format!("{text}[[effect]]\nkind='coulomb_friction'\ncomponent='m'\nlevel=1.0\n");
+/// let plant = Plant::new(&Rig::parse(&text, "x.toml")?)?;
+/// let drive = InputTrajectory::new(&plant, 2, &[&[0.0, 0.0]])?;
+/// let run = plant.simulate(&plant.values(), &[0.1, 0.0], &drive, &[0.0, 1.0])?;
+/// assert!(run.report.events >= 1, "the mass turns round, or sticks, within the second");
+/// assert!(run.report.most_substeps <= run.report.substeps);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IntegrationReport {
     /// Largest bound on the fastest rate that was met, 1/s.

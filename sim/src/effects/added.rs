@@ -135,6 +135,12 @@ pub(super) fn all() -> Vec<Kind> {
 }
 
 /// Refusal of an effect that no rig file could use.
+///
+/// ```
+/// use sinew_sim::effects::RegisterError;
+/// let refused = RegisterError::NameTaken { name: "coulomb_friction" };
+/// assert_eq!(refused.to_string(), "there is an effect `coulomb_friction` already");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RegisterError {
     /// An effect has this name already.

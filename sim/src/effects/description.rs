@@ -150,6 +150,13 @@ pub enum Role {
 }
 
 /// Values that a search may try for a parameter, relative to the values that it began with.
+///
+/// ```
+/// use sinew_sim::effects::SearchRange;
+/// let start = |_: &str| 0.4;
+/// assert_eq!(SearchRange::AtLeast(0.25).bounds("velocity", start), [0.1, f64::INFINITY]);
+/// assert_eq!(SearchRange::Fixed([0.5, 2.0]).bounds("exponent", start), [0.5, 2.0]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SearchRange {
     /// Any number.

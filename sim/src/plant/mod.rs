@@ -56,6 +56,21 @@ impl Meaning {
 }
 
 /// One number of the rig.
+///
+/// ```
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n\
+/// # [[spring]]\nname='k'\nfrom='ground'\nto='m'\nstiffness={ value = 40.0, min = 1.0 }\n\
+/// # [[actuator]]\nname='a'\ndrives='m'\ninput='u_N'\ngain=1.0\n\
+/// # [[sensor]]\nname='s'\nreads='m.position'\nsignal='q_mm'\nunit='mm'\n";
+/// use sinew_sim::{Meaning, Plant, Rig};
+/// let plant = Plant::new(&Rig::parse(text, "x.toml")?)?;
+/// let slot = plant.slot("k.stiffness").expect("the rig has a spring k");
+/// let stiffness = &plant.parameters()[slot];
+/// assert_eq!((stiffness.value, stiffness.unit.as_str()), (40.0, "N/m"));
+/// assert_eq!((stiffness.free, stiffness.min), (true, Some(1.0)));
+/// assert_eq!(stiffness.meaning, Meaning::Other);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     /// `carriage.inertia`, `flexor.arm.motor`, `carriage.coulomb_friction.level`.
@@ -81,6 +96,19 @@ pub struct Parameter {
 /// A distinct column of the recording that drives the plant; actuators may share one. After those
 /// of the actuators come columns that parameters depend on, then those that impose a motion, four
 /// times each, once a [`MotionQuantity`].
+///
+/// ```
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n\
+/// # [[spring]]\nname='k'\nfrom='ground'\nto='m'\nstiffness={ value = 40.0, min = 1.0 }\n\
+/// # [[actuator]]\nname='a'\ndrives='m'\ninput='u_N'\ngain=1.0\n\
+/// # [[sensor]]\nname='s'\nreads='m.position'\nsignal='q_mm'\nunit='mm'\n";
+/// use sinew_sim::{Plant, Rig};
+/// let plant = Plant::new(&Rig::parse(text, "x.toml")?)?;
+/// let input = &plant.inputs()[0];
+/// assert_eq!((input.column.as_str(), input.unit()), ("u_N", "N"));
+/// assert_eq!(input.wanted_by(), "actuator `a` of the rig");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input {
     /// The column's name.
@@ -150,6 +178,19 @@ impl Input {
 }
 
 /// A column that the plant writes.
+///
+/// ```
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n\
+/// # [[spring]]\nname='k'\nfrom='ground'\nto='m'\nstiffness={ value = 40.0, min = 1.0 }\n\
+/// # [[actuator]]\nname='a'\ndrives='m'\ninput='u_N'\ngain=1.0\n\
+/// # [[sensor]]\nname='s'\nreads='m.position'\nsignal='q_mm'\nunit='mm'\n";
+/// use sinew_sim::{Plant, Rig};
+/// let plant = Plant::new(&Rig::parse(text, "x.toml")?)?;
+/// let sensor = &plant.sensors()[0];
+/// assert_eq!((sensor.column.as_str(), sensor.column_factor), ("q_mm", 1e-3));
+/// assert_eq!(sensor.position_of, Some(0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorChannel {
     /// The sensor's name.

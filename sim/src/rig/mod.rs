@@ -79,6 +79,19 @@ pub struct Rig {
 }
 
 /// A parameter: a bare number is known and held, `{ value, min, max }` is believed and free.
+///
+/// ```
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n\
+/// # [[spring]]\nname='k'\nfrom='ground'\nto='m'\nstiffness={ value = 40.0, min = 1.0 }\n\
+/// # [[actuator]]\nname='a'\ndrives='m'\ninput='u_N'\ngain=1.0\n\
+/// # [[sensor]]\nname='s'\nreads='m.position'\nsignal='q_mm'\nunit='mm'\n";
+/// use sinew_sim::Rig;
+/// let rig = Rig::parse(text, "x.toml")?;
+/// let stiffness = &rig.springs[0].stiffness;
+/// assert_eq!((stiffness.value, stiffness.min, stiffness.free), (40.0, Some(1.0), true));
+/// assert!(!rig.bodies[0].inertia.free);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Value {
     /// The number.
@@ -179,6 +192,18 @@ pub enum End {
 }
 
 /// Force on `to` = -stiffness (q_to - q_from - rest).
+///
+/// ```
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n\
+/// # [[spring]]\nname='k'\nfrom='ground'\nto='m'\nstiffness={ value = 40.0, min = 1.0 }\n\
+/// # [[actuator]]\nname='a'\ndrives='m'\ninput='u_N'\ngain=1.0\n\
+/// # [[sensor]]\nname='s'\nreads='m.position'\nsignal='q_mm'\nunit='mm'\n";
+/// use sinew_sim::Rig;
+/// use sinew_sim::rig::End;
+/// let rig = Rig::parse(text, "x.toml")?;
+/// assert_eq!((rig.springs[0].from, rig.springs[0].to), (End::Ground, End::Body(0)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Spring {
     /// Unique in the file.
@@ -274,6 +299,19 @@ pub struct PositionLoop {
 }
 
 /// Action of a column of the recording on the rig.
+///
+/// ```
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n\
+/// # [[spring]]\nname='k'\nfrom='ground'\nto='m'\nstiffness={ value = 40.0, min = 1.0 }\n\
+/// # [[actuator]]\nname='a'\ndrives='m'\ninput='u_N'\ngain=1.0\n\
+/// # [[sensor]]\nname='s'\nreads='m.position'\nsignal='q_mm'\nunit='mm'\n";
+/// use sinew_sim::Rig;
+/// use sinew_sim::rig::{Drives, Hold};
+/// let rig = Rig::parse(text, "x.toml")?;
+/// let actuator = &rig.actuators[0];
+/// assert_eq!((actuator.drives, actuator.hold), (Drives::Body(0), Hold::Zero));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Actuator {
     /// Unique in the file.
@@ -318,6 +356,19 @@ pub enum Reads {
 }
 
 /// Signal = gain * reading + offset, a column of the recording.
+///
+/// ```
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n\
+/// # [[spring]]\nname='k'\nfrom='ground'\nto='m'\nstiffness={ value = 40.0, min = 1.0 }\n\
+/// # [[actuator]]\nname='a'\ndrives='m'\ninput='u_N'\ngain=1.0\n\
+/// # [[sensor]]\nname='s'\nreads='m.position'\nsignal='q_mm'\nunit='mm'\n";
+/// use sinew_sim::Rig;
+/// use sinew_sim::rig::Reads;
+/// let rig = Rig::parse(text, "x.toml")?;
+/// assert_eq!(rig.sensors[0].reads, Reads::Position(0));
+/// assert_eq!(rig.sensors[0].column_factor, 1e-3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Sensor {
     /// Unique in the file.
@@ -354,6 +405,18 @@ pub enum Site {
 }
 
 /// Physics beyond the textbook.
+///
+/// ```
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n";
+/// use sinew_sim::Rig;
+/// use sinew_sim::rig::Site;
+/// let effect = "[[effect]]\nkind = 'coulomb_friction'\ncomponent = 'm'\nlevel = 20.0\n";
+/// let rig = Rig::parse(&format!("{text}{effect}"), "x.toml")?;
+/// let friction = &rig.effects[0];
+/// assert_eq!(friction.kind.description().kind, "coulomb_friction");
+/// assert_eq!((friction.site, friction.parameters[0].value), (Site::Body(0), 20.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct EffectTable {
     /// Its law.

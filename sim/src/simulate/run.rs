@@ -50,6 +50,20 @@ impl<S: Copy> Trajectory<S> {
 }
 
 /// A simulation as `sinew simulate` runs it, with what was filled in.
+///
+/// ```
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n\
+/// # [[spring]]\nname='k'\nfrom='ground'\nto='m'\nstiffness={ value = 40.0, min = 1.0 }\n\
+/// # [[actuator]]\nname='a'\ndrives='m'\ninput='u_N'\ngain=1.0\n\
+/// # [[sensor]]\nname='s'\nreads='m.position'\nsignal='q_mm'\nunit='mm'\n";
+/// use sinew_sim::{Plant, Rig};
+/// let plant = Plant::new(&Rig::parse(text, "x.toml")?)?;
+/// let (force, position) = ([4.0, f64::NAN, 0.0], [0.0, 0.01, 0.03]);
+/// let run = plant.simulate_recording(&[0.0, 0.1, 0.2], &[&force], &[&position])?;
+/// assert_eq!(run.held, [1], "one sample of the force is missing");
+/// assert_eq!(run.start, [0.0, 0.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct RecordingRun {
     /// The signals, SI.
