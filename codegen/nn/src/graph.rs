@@ -70,6 +70,18 @@ impl Node {
 
 /// Golden vector: inputs of calls in turn, from a network at rest, and the output after the last
 /// call.
+///
+/// ```
+/// use sinew_nn::{Activation, Golden, Network, Op};
+///
+/// let mut network = Network::new("tanh", "x", vec![1]);
+/// network.push("tanh", Op::Activation(Activation::Tanh), vec![0])?;
+/// network.golden.push(Golden { x: vec![0.0], y: vec![0.0] });
+/// network.validate()?;
+/// network.golden.push(Golden { x: vec![0.0], y: vec![1.0] });
+/// assert!(network.validate().is_err(), "tanh(0) is 0");
+/// # Ok::<(), sinew_nn::NetworkError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Golden {
     /// One input after another, each flattened with the last axis running fastest.

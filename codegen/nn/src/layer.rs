@@ -86,6 +86,19 @@ pub struct Window {
 }
 
 /// Weights of a convolution.
+///
+/// ```
+/// use sinew_nn::{Convolution, Network, Op, Window, evaluate};
+///
+/// // Differences of neighbours: four values in a row, one channel, a window of two.
+/// let window = Window { size: [1, 2], stride: [1, 1], dilation: [1, 1], before: [0, 0], after: [0, 0] };
+/// let difference = Convolution { window, weights: vec![-1.0, 1.0], bias: vec![0.0] };
+/// let mut network = Network::new("difference", "x", vec![1, 4, 1]);
+/// network.push("convolution", Op::Convolution(difference), vec![0])?;
+/// assert_eq!(network.nodes[1].shape, [1, 3, 1]);
+/// assert_eq!(evaluate::call(&network, &[1.0, 4.0, 9.0, 16.0], &[]).y, [3.0, 5.0, 7.0]);
+/// # Ok::<(), sinew_nn::NetworkError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Convolution {
     /// Window of each output.
@@ -117,6 +130,28 @@ pub enum PoolKind {
 }
 
 /// A recurrent layer.
+///
+/// ```
+/// use sinew_nn::{Activation, Cell, Network, Op, Recurrent, evaluate};
+///
+/// // h' = x + 0.5 h, one step a call.
+/// let cell = Cell::Simple { activation: Activation::Linear };
+/// let layer = Recurrent {
+///     cell,
+///     units: 1,
+///     kernel: vec![1.0],
+///     recurrent: vec![0.5],
+///     bias: vec![0.0],
+///     inner_bias: vec![],
+///     sequences: false,
+///     streaming: true,
+/// };
+/// let mut network = Network::new("leak", "x", vec![1, 1]);
+/// network.push("leak", Op::Recurrent(layer), vec![0])?;
+/// let call = evaluate::call(&network, &[1.0], &[4.0]);
+/// assert_eq!((call.y, call.state), (vec![3.0], vec![3.0]));
+/// # Ok::<(), sinew_nn::NetworkError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recurrent {
     /// Its kind, with its activations.

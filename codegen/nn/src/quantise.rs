@@ -104,6 +104,19 @@ fn wide(x: &[f32]) -> Vec<f64> {
 }
 
 /// Loss of accuracy by integer weights.
+///
+/// ```
+/// use sinew_nn::quantise::{Loss, loss};
+/// use sinew_nn::{Dense, Network, Op};
+///
+/// let mut network = Network::new("halves", "x", vec![1]);
+/// let dense = Dense { weights: vec![1.0, 0.5], bias: vec![0.0, 0.0] };
+/// network.push("dense", Op::Dense(dense), vec![0])?;
+/// let Loss { largest, drawn, .. } = loss(&network);
+/// assert!(drawn, "the network brings no golden vectors");
+/// assert!(largest < 1e-6, "a row of one weight is exact but for the rounding of its scale");
+/// # Ok::<(), sinew_nn::NetworkError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loss {
     /// Largest difference of an output, relative to the range of all outputs.

@@ -109,6 +109,14 @@ impl Encoder {
 }
 
 /// Scale of a sensor.
+///
+/// ```
+/// use sinew_device::converter::{Counter, Scale, Span};
+///
+/// let scale = Scale::Converter(Span { zero: -1.0, full: 1.0 });
+/// let mut counter = Counter::default();
+/// assert_eq!(scale.physical(2_047, 4_094, &mut counter), 0.0);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scale {
     /// A code of an analogue-to-digital converter.

@@ -17,6 +17,19 @@ pub const STUCK_TRAVEL: f32 = 0.5;
 pub const LATE_LIMIT: u16 = 25;
 
 /// Supervisor of an armed session: counts of signs of a fault. Model units throughout.
+///
+/// ```
+/// use sinew_device::mode::Cause;
+/// use sinew_device::supervisor::{ENVELOPE, OUTSIDE_LIMIT, Supervisor};
+/// use sinew_mpc::status::Status;
+///
+/// let mut supervisor: Supervisor<1, 1> = Supervisor::new();
+/// let mut far = || supervisor.check(&[2.0 * ENVELOPE], &[0.0], Status::Converged, 12);
+/// for _ in 1..OUTSIDE_LIMIT {
+///     assert_eq!(far(), None); // one may be a glitch
+/// }
+/// assert_eq!(far(), Some(Cause::Diverged));
+/// ```
 #[derive(Clone, Debug)]
 pub struct Supervisor<const NU: usize, const NY: usize> {
     outside: u16,

@@ -91,6 +91,17 @@ pub struct Parts {
 
 /// Budget in ticks, with the ticks that each part is counted as. Ticks are of any unit; printed
 /// models count instructions.
+///
+/// ```
+/// use sinew_mpc::budget::{Budget, Meter, Parts};
+///
+/// let parts = Parts { rollout: 1_000, derivative: 3_000, factorisation: 500 };
+/// let budget = Budget { ticks: 20_000, parts };
+/// assert_eq!(Meter::new(budget).left(), 19_000); // the first evaluation of J is made in any case
+/// // On a board where a gradient takes a third longer than it is counted as:
+/// let slower = Parts { derivative: 4_000, ..parts };
+/// assert_eq!(budget.bound(&slower), 26_719);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
     /// Most ticks of one optimisation.

@@ -111,6 +111,15 @@ impl std::error::Error for Error {
 
 /// One message: place, what is wrong, what was expected, what to try. Whatever is absent is left
 /// out.
+///
+/// ```
+/// use sinew_ident::error::{Error, Kind};
+///
+/// let error = Error::file("a.csv", "no column `q_m`").at(1, 1).expected("a column `q_m`");
+/// let Kind::File(complaint) = error.kind() else { panic!("it is about a file") };
+/// assert_eq!((complaint.line, complaint.help.as_deref()), (Some(1), None));
+/// assert_eq!(complaint.to_string(), "a.csv:1:1: no column `q_m`\n  expected: a column `q_m`");
+/// ```
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
 pub struct Complaint {
     /// File, where the trouble is in one.

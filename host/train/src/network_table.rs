@@ -29,6 +29,19 @@ pub enum FirstLayer {
 }
 
 /// The `[network]` table; a key that is absent is `None`.
+///
+/// ```
+/// use sinew_train::{FirstLayer, NetworkTable};
+///
+/// let rig = sinew_sim::Rig::parse(
+///     "format = 'sinew-rig/1'\nname = 'x'\n[[body]]\nname = 'm'\nmotion = 'slide'\n\
+///      inertia = 1.0\n[network]\nhidden = [8]\nfirst_layer = 'gru'\n",
+///     "x.toml",
+/// )?;
+/// let network = NetworkTable::read(&rig, &[])?.expect("the rig has the table");
+/// assert_eq!((network.hidden, network.first_layer), (Some(vec![8]), Some(FirstLayer::Gru)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetworkTable {
     /// Widths of the hidden layers.

@@ -55,6 +55,14 @@ impl Real for f64 {
 }
 
 /// A number and its derivative along one direction.
+///
+/// ```
+/// use sinew_nn::evaluate::{Dual, Real};
+///
+/// let x = Dual::new(0.0, 1.0);
+/// let y = x.tanh() * Dual::new(3.0, 0.0);
+/// assert_eq!((y.value, y.tangent), (0.0, 3.0));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<T> {
     /// The number.

@@ -6,6 +6,13 @@
 pub const CYCLES_PER_INSTRUCTION: f64 = 1.7;
 
 /// Microcontroller with its clock, memories and supply currents.
+///
+/// ```
+/// use sinew_nn::footprint::chip::STM32F446;
+///
+/// assert_eq!(STM32F446.flash_bytes, 512 * 1024);
+/// assert_eq!(STM32F446.identification.mask & STM32F446.identification.value, 0x421);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chip {
     /// Name in probe-rs.

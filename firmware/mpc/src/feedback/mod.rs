@@ -30,6 +30,26 @@ pub(crate) fn back_calculation(tracking_time_s: f32, period_s: f32) -> f32 {
 }
 
 /// One law per channel.
+///
+/// ```
+/// use sinew_mpc::feedback::Feedback;
+/// use sinew_mpc::feedback::pid::{PidGains, PidState};
+/// use sinew_mpc::limits::Limits;
+///
+/// let gains = PidGains {
+///     kp: 2.0,
+///     ki: 0.5,
+///     kd: 0.0,
+///     filter_s: 0.0,
+///     proportional_setpoint_weight: 1.0,
+///     derivative_setpoint_weight: 0.0,
+///     tracking_time_s: 1.0,
+/// };
+/// let limits = Limits { lower: [-1.0], upper: [1.0], rate: [0.1], safe: [0.0] };
+/// let mut pid: Feedback<PidState, 1> = Feedback::new([gains], 0.01, limits, 3);
+/// assert_eq!(pid.step(&[0.0], &[0.5]), [0.1]); // one rate limit away from the safe command
+/// assert_eq!(pid.step(&[f32::NAN], &[0.5]), [0.1]); // a missing sample: the command is held
+/// ```
 #[derive(Clone, Debug)]
 pub struct Feedback<L: Law, const NU: usize> {
     /// May change between two steps.

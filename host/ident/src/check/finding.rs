@@ -5,6 +5,20 @@ use serde::Serialize;
 use crate::recording::Recording;
 
 /// A fault that a detector named. Its JSON is in docs/reference/results.md.
+///
+/// ```
+/// use sinew_ident::check::check;
+/// use sinew_ident::recording::Recording;
+///
+/// let mut text = String::from("t,q_m\n");
+/// for k in 0..400 {
+///     text += &format!("{},{}\n", 10 * k, (0.05 * f64::from(k)).sin());
+/// }
+/// let found = check(&[Recording::parse(text.as_bytes(), "a.csv")?], None);
+/// assert_eq!((found[0].kind, found[0].line), ("time_in_milliseconds", 2));
+/// assert!(found[0].remedy.contains("--time-unit"), "{}", found[0].remedy);
+/// # Ok::<(), sinew_ident::error::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Check {
     /// File of the recording.

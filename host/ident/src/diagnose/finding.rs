@@ -60,6 +60,12 @@ pub struct Diagnosis {
 }
 
 /// One of the four findings.
+///
+/// ```
+/// use sinew_ident::diagnose::Verdict;
+///
+/// assert_eq!(Verdict::MissingPhysics.name(), "missing_physics");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {

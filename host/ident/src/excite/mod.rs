@@ -99,6 +99,18 @@ const MOST_ROWS: f64 = 2e6;
 const LEAST_ROWS: f64 = 16.0;
 
 /// A design: times, and a column an input of the plant, SI.
+///
+/// ```
+/// use sinew_ident::excite::{Kind, Options, design};
+/// use sinew_sim::{Plant, Rig};
+///
+/// let rig = Rig::parse(include_str!("../../../../rigs/mass-spring-damper.toml"), "rig.toml")?;
+/// let plant = Plant::new(&rig)?;
+/// let options = Options { kind: Kind::Chirp, seconds: 2.0, rate_hz: 100.0, ..Options::default() };
+/// let experiment = design(&plant, "rig.toml", &options)?;
+/// assert_eq!((experiment.t.len(), experiment.inputs.len()), (201, plant.inputs().len()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Experiment {
     /// s, from 0.

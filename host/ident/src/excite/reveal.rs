@@ -39,6 +39,14 @@ const EFFORT: Effort = Effort {
 const MORE_STEPS: usize = 16;
 
 /// Grade of a distance from everything else.
+///
+/// ```
+/// use sinew_ident::excite::reveal::Visibility;
+///
+/// assert_eq!(Visibility::of(Some(1e3)), Visibility::Determined);
+/// assert_eq!(Visibility::of(Some(0.0)), Visibility::NotDetermined);
+/// assert_eq!(Visibility::of(None), Visibility::NotDetermined);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Visibility {

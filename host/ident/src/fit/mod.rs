@@ -159,6 +159,23 @@ pub struct FittedParameter {
 }
 
 /// Error of one sensor over the recordings of the fit, SI.
+///
+/// ```
+/// use sinew_ident::fit::SensorFit;
+///
+/// let encoder = SensorFit {
+///     signal: "q_m".into(),
+///     unit: "m".into(),
+///     as_written_rms: 0.05,
+///     rms: 0.01,
+///     spread: 0.1,
+///     noise: 1e-4,
+///     samples: 2_000,
+/// };
+/// assert!(encoder.is_explained());
+/// let [as_written, refitted] = encoder.fit_percent().map(Option::unwrap);
+/// assert!(as_written < refitted && refitted < 100.0);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorFit {
     /// Its column.

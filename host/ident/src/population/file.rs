@@ -99,6 +99,29 @@ pub struct Member {
 }
 
 /// Distribution of the devices of a fleet, and who was in it.
+///
+/// ```
+/// use sinew_ident::population::{Fleet, Scale};
+///
+/// let text = r#"
+/// format = "sinew-fleet/1"
+/// rig = "cart"
+/// widening = 1.5
+/// freedom = 6
+/// covariance = [[0.01]]
+/// covariance_of_mean = [[0.002]]
+/// [[parameter]]
+/// name = "cart.inertia"
+/// unit = "kg"
+/// scale = "log"
+/// mean = 5.0
+/// "#;
+/// let fleet = Fleet::parse(text, "fleet.toml".as_ref())?;
+/// assert_eq!((fleet.axes[0].name.as_str(), fleet.axes[0].scale), ("cart.inertia", Scale::Log));
+/// let error = Fleet::parse(&text.replace("0.01", "-0.01"), "fleet.toml".as_ref()).unwrap_err();
+/// assert!(error.to_string().starts_with("fleet.toml:6:1: `covariance` has the eigenvalue"));
+/// # Ok::<(), sinew_ident::error::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fleet {
     /// Name of the file, for errors.

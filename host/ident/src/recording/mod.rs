@@ -56,6 +56,15 @@ pub struct Recording {
 }
 
 /// A column with its gaps closed by holding the last value, as an actuator would.
+///
+/// ```
+/// use sinew_ident::recording::Recording;
+///
+/// let recording = Recording::parse(b"t,u_N\n0,1\n0.1,\n0.2,3\n", "a.csv")?;
+/// let held = recording.held("u_N", "this example")?;
+/// assert_eq!((held.values, held.missing), (vec![1.0, 1.0, 3.0], 1));
+/// # Ok::<(), sinew_ident::error::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Held {
     /// One finite value a row.

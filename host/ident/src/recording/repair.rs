@@ -38,6 +38,22 @@ impl TimeUnit {
 }
 
 /// Repairs of a recording, applied in the order of the fields. The default changes nothing.
+///
+/// ```
+/// use sinew_ident::recording::Recording;
+/// use sinew_ident::recording::repair::{Repair, TimeUnit};
+///
+/// let recording = Recording::parse(b"t,q_m\n0,1\n20,-9999\n40,2\n", "a.csv")?;
+/// let repair = Repair {
+///     time_unit: TimeUnit::Milliseconds,
+///     missing: vec![-9999.0],
+///     ..Repair::default()
+/// };
+/// let repaired = repair.apply(recording)?;
+/// assert_eq!(repaired.t(), [0.0, 0.02, 0.04]);
+/// assert!(repaired.require("q_m", "this example")?[1].is_nan());
+/// # Ok::<(), sinew_ident::error::Error>(())
+/// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Repair {
     /// Unit of the column `t`.

@@ -94,6 +94,19 @@ pub enum Block {
 }
 
 /// A table of text; numbers are formatted by [`significant`] or [`quantity`].
+///
+/// ```
+/// use sinew_ident::report::{Block, Report, Section, Table, TableColumn};
+///
+/// let column = |title: &str, numeric| TableColumn { title: title.into(), numeric };
+/// let table = Table {
+///     caption: "Fitted parameters".into(),
+///     columns: vec![column("parameter", false), column("value", true)],
+///     rows: vec![vec!["cart.inertia".into(), "5.02 kg".into()]],
+/// };
+/// let page = Report::new("Fit").section(Section::new("Parameters").with(Block::Table(table)));
+/// assert!(page.to_html().contains("5.02 kg"));
+/// ```
 #[derive(Debug, Clone, Default)]
 pub struct Table {
     /// Its caption; may be empty.

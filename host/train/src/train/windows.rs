@@ -5,6 +5,13 @@ use nalgebra::DMatrix;
 use crate::dataset::{Episode, Sensitivity};
 
 /// Counts that decide the length and order of a regressor.
+///
+/// ```
+/// use sinew_train::train::Shape;
+///
+/// let shape = Shape { n_u: 1, n_y: 2, past_inputs: 3, past_outputs: 4, n_s: 1 };
+/// assert_eq!((shape.regressor_len(), shape.history()), (3 + 2 * 4 + 1, 3));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
     /// Inputs.
@@ -33,6 +40,26 @@ impl Shape {
 }
 
 /// An episode in model units.
+///
+/// ```
+/// use sinew_train::train::{Scaled, Shape, Windows};
+///
+/// let shape = Shape { n_u: 1, n_y: 1, past_inputs: 1, past_outputs: 2, n_s: 0 };
+/// let y: Vec<f64> = (0..11).map(|k| 0.1 * f64::from(k)).collect();
+/// let episode = Scaled {
+///     u: vec![1.0; 10],
+///     measured: y.clone(),
+///     y,
+///     channels: vec![],
+///     sensitivities: vec![],
+///     steps: 10,
+/// };
+/// let mut x = Vec::new();
+/// episode.regressor(&shape, 3, &mut x);
+/// assert_eq!(x.len(), shape.regressor_len());
+/// assert_eq!(x[0], 1.0);
+/// assert_eq!(Windows::new(shape, 0, 4, &[episode]).len(), 6);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Scaled {
     /// Inputs, `[steps][n_u]`.
