@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::bench::{Bench, Cut};
 use super::journal::{AtRest, End, Moved};
 use super::rest::{mean, threshold};
-use super::setup::Setup;
+use super::setup::{Actuator, Setup};
 use sinew_ident::error::{Error, Result};
 
 /// Steps of the command, on each of which the readings are averaged.
@@ -85,6 +85,56 @@ fn steps_of_an_end(predicted: &[Vec<f64>]) -> usize {
     FLAT.clone().find(goes_on).unwrap_or(*FLAT.start()) + 1
 }
 
+/// Rows of a way from the safe command to one end, held there for one more step, and the ticks of a
+/// step.
+fn ramp(setup: &Setup, driven: usize, (seconds, side): (f64, f64)) -> (Vec<Vec<f64>>, usize) {
+    let ticks = (seconds / setup.period_s).ceil().max(STEPS as f64) as usize;
+    let per_step = ticks / STEPS;
+    let ramp = (0..=ticks).map(|k| side * k as f64 / ticks as f64);
+    // Held at the end for one more step, so that its readings are whole.
+    let parts: Vec<f64> = ramp.chain(std::iter::repeat_n(side, per_step)).collect();
+    let rows: Vec<Vec<f64>> = (parts.iter())
+        .map(|part| {
+            let each = setup.actuators.iter().enumerate();
+            each.map(|(j, a)| if j == driven { a.at(*part) } else { a.safe })
+                .collect()
+        })
+        .collect();
+    (rows, per_step)
+}
+
+/// Limits the board to the range of the driven actuator, with the others at their safe commands.
+fn limit(bench: &mut Bench, setup: &Setup, driven: usize, seconds: f64) -> Result<()> {
+    let ranges: Vec<(f64, f64)> = (setup.actuators.iter().enumerate())
+        .map(|(j, a)| match j {
+            j if j == driven => (a.low, a.high),
+            _ => (a.safe, a.safe),
+        })
+        .collect();
+    // On the way back four times as fast.
+    let rates: Vec<f64> = (setup.actuators.iter())
+        .map(|a| 4.0 * (a.high - a.low) / seconds)
+        .collect();
+    bench.limit(setup, &ranges, &rates)
+}
+
+fn refuse_cut(setup: &Setup, actuator: &Actuator, cut: &Option<Cut>) -> Result<()> {
+    match cut {
+        Some(Cut::RanAway(sensor)) => Err(Error::failed(format!(
+            "`{}` left the range that the rig predicts while `{}` went to its end: the \
+                 emergency stop was sent",
+            setup.sensors[*sensor].column, actuator.column
+        ))
+        .help("narrow --range, or correct the rig where it predicts too little motion")),
+        Some(Cut::Board(state)) => Err(Error::failed(format!(
+            "the board stopped by itself ({:?}) while `{}` went to its end",
+            state.cause, actuator.column
+        ))
+        .help("docs/reference/faults.md says what this means; narrow --range")),
+        Some(Cut::Asked) | None => Ok(()),
+    }
+}
+
 /// Finds one end of an actuator. `moved`: what its small motion said; `seconds`, `side`: duration
 /// of the way, and the upper (1) or the lower (-1) end.
 ///
@@ -114,29 +164,8 @@ pub fn side(
             readings: readings(&values),
         });
     }
-    let ticks = (seconds / setup.period_s).ceil().max(STEPS as f64) as usize;
-    let per_step = ticks / STEPS;
-    let ramp = (0..=ticks).map(|k| side * k as f64 / ticks as f64);
-    // Held at the end for one more step, so that its readings are whole.
-    let parts: Vec<f64> = ramp.chain(std::iter::repeat_n(side, per_step)).collect();
-    let rows: Vec<Vec<f64>> = (parts.iter())
-        .map(|part| {
-            let each = setup.actuators.iter().enumerate();
-            each.map(|(j, a)| if j == driven { a.at(*part) } else { a.safe })
-                .collect()
-        })
-        .collect();
-    let ranges: Vec<(f64, f64)> = (setup.actuators.iter().enumerate())
-        .map(|(j, a)| match j {
-            j if j == driven => (a.low, a.high),
-            _ => (a.safe, a.safe),
-        })
-        .collect();
-    // On the way back four times as fast.
-    let rates: Vec<f64> = (setup.actuators.iter())
-        .map(|a| 4.0 * (a.high - a.low) / seconds)
-        .collect();
-    bench.limit(setup, &ranges, &rates)?;
+    let (rows, per_step) = ramp(setup, driven, (seconds, side));
+    limit(bench, setup, driven, seconds)?;
     let judged: Vec<usize> = (0..setup.sensors.len())
         .filter(|i| moved.ratios.contains_key(&setup.sensors[*i].column))
         .collect();
@@ -175,24 +204,7 @@ pub fn side(
         steps.push((command, means));
         search.step(&of_judged)
     })?;
-    match played.cut {
-        Some(Cut::RanAway(sensor)) => {
-            return Err(Error::failed(format!(
-                "`{}` left the range that the rig predicts while `{}` went to its end: the \
-                 emergency stop was sent",
-                setup.sensors[sensor].column, actuator.column
-            ))
-            .help("narrow --range, or correct the rig where it predicts too little motion"));
-        }
-        Some(Cut::Board(state)) => {
-            return Err(Error::failed(format!(
-                "the board stopped by itself ({:?}) while `{}` went to its end",
-                state.cause, actuator.column
-            ))
-            .help("docs/reference/faults.md says what this means; narrow --range"));
-        }
-        Some(Cut::Asked) | None => {}
-    }
+    refuse_cut(setup, actuator, &played.cut)?;
     let saturated = played.cut == Some(Cut::Asked);
     let last = steps.len().saturating_sub(1);
     let at = if saturated {

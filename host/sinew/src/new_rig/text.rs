@@ -25,11 +25,6 @@ pub(super) fn write(
     (spring, found): (bool, Option<&str>),
 ) -> String {
     let file = recording.name();
-    let (motion, mass, force, push) = match answers.motion {
-        Motion::Slide => ("slide", "kg", "N", "N/m"),
-        Motion::Hinge => ("hinge", "kg m^2", "N m", "N m/rad"),
-    };
-    let force_input = columns.inputs.iter().all(|input| is_force(input));
     let mut text = String::new();
     // Writing to a String cannot fail, here and below.
     let _ = write!(
@@ -41,112 +36,117 @@ pub(super) fn write(
          name = {}\n",
         quoted(&answers.name)
     );
-    for (index, position) in columns.positions.iter().enumerate() {
-        let body = body_name(columns, index);
-        let inertia = number(answers.inertia);
-        let source = if answers.inertia_known {
-            "as you said"
-        } else {
-            "a guess"
-        };
-        let _ = write!(
-            text,
-            "\n[[body]]                      # one coordinate with inertia\nname = {}\nmotion = \"{motion}\"\n",
-            quoted(&body)
-        );
-        if force_input {
-            let (min, max) = (
-                number(answers.inertia * 1e-3),
-                number(answers.inertia * 1e3),
-            );
-            let _ = writeln!(
-                text,
-                "inertia = {{ value = {inertia}, min = {min}, max = {max} }}   # {mass}, {source}"
-            );
-        } else {
-            let _ = writeln!(
-                text,
-                "# {mass}, {source}. Held: a recording shows gain / inertia only. If you know the gain and not the\n\
-                 # inertia, make this the {{ value = ... }} and the gain a bare number.\n\
-                 inertia = {inertia}"
-            );
-        }
-        let guess = guess(
-            recording,
-            position,
-            columns.inputs.get(index).unwrap_or(&columns.inputs[0]),
-            answers,
-        );
+    for index in 0..columns.positions.len() {
+        push_body(&mut text, columns, answers, index);
         if let Some(found) = found {
             let _ = write!(text, "\n# {found}");
             text.push_str(if spring { "" } else { "\n" });
         }
-        let neighbour = columns.neighbour(index);
-        let from = neighbour.map_or("ground".into(), |other| body_name(columns, other));
-        if neighbour.is_some() {
-            text.push_str(
-                "\n# A guess: no input drives this body, so that spring and damper join it to the one before.\n",
-            );
-        }
-        if spring || neighbour.is_some() {
-            let _ = write!(
-                text,
-                "\n[[spring]]                    # force = -stiffness (q - rest)\nname = {}\nfrom = {}\nto = {}\n\
-                 stiffness = {{ value = {}, min = 0.0 }}   # {push}, a guess\n\
-                 # rest = {{ value = 0.0 }}    # where it pulls to, if that is not zero\n",
-                quoted(&format!("{body}_spring")),
-                quoted(&from),
-                quoted(&body),
-                number(guess.stiffness)
-            );
-        }
-        let per_speed = if answers.motion == Motion::Slide {
-            "N s/m"
-        } else {
-            "N m s/rad"
-        };
-        let _ = write!(
-            text,
-            "\n[[damper]]                    # force = -damping v\nname = {}\nfrom = {}\nto = {}\n\
-             damping = {{ value = {}, min = 0.0 }}   # {per_speed}, a guess\n",
-            quoted(&format!("{body}_damper")),
-            quoted(&from),
-            quoted(&body),
-            number(guess.damping)
-        );
+        push_spring_and_damper(&mut text, recording, columns, answers, (index, spring));
     }
+    let force = match answers.motion {
+        Motion::Slide => "N",
+        Motion::Hinge => "N m",
+    };
     for (index, input) in columns.inputs.iter().enumerate() {
         push_actuator(&mut text, recording, columns, (index, input), force);
     }
-    for (index, position) in columns.positions.iter().enumerate() {
-        let body = body_name(columns, index);
-        push_sensor(
-            &mut text,
-            &format!("{body}_encoder"),
-            &format!("{body}.position"),
-            position,
-        );
-        if is_counts(position) {
-            text.push_str(match answers.motion {
-                Motion::Hinge => {
-                    "gain = 651.8986469            # counts per rad, a guess: 4096 counts a turn / 6.283185307\n"
-                }
-                Motion::Slide => {
-                    "gain = 1e6                    # counts per m, a guess: a scale of 1 um a count\n"
-                }
-            });
-        }
-        if let Some(velocity) = &columns.velocities[index] {
-            push_sensor(
-                &mut text,
-                &format!("{body}_tachometer"),
-                &format!("{body}.velocity"),
-                velocity,
-            );
-        }
+    for index in 0..columns.positions.len() {
+        push_sensors(&mut text, columns, answers, index);
     }
     push_rest(&mut text, columns);
     text
+}
+
+fn push_body(text: &mut String, columns: &Columns, answers: &Answers, index: usize) {
+    let (motion, mass) = match answers.motion {
+        Motion::Slide => ("slide", "kg"),
+        Motion::Hinge => ("hinge", "kg m^2"),
+    };
+    let force_input = columns.inputs.iter().all(|input| is_force(input));
+    let body = body_name(columns, index);
+    let inertia = number(answers.inertia);
+    let source = if answers.inertia_known {
+        "as you said"
+    } else {
+        "a guess"
+    };
+    let _ = write!(
+        text,
+        "\n[[body]]                      # one coordinate with inertia\nname = {}\nmotion = \"{motion}\"\n",
+        quoted(&body)
+    );
+    if force_input {
+        let (min, max) = (
+            number(answers.inertia * 1e-3),
+            number(answers.inertia * 1e3),
+        );
+        let _ = writeln!(
+            text,
+            "inertia = {{ value = {inertia}, min = {min}, max = {max} }}   # {mass}, {source}"
+        );
+    } else {
+        let _ = writeln!(
+            text,
+            "# {mass}, {source}. Held: a recording shows gain / inertia only. If you know the gain and not the\n\
+             # inertia, make this the {{ value = ... }} and the gain a bare number.\n\
+             inertia = {inertia}"
+        );
+    }
+}
+
+/// `spring`: a spring pulls it back.
+fn push_spring_and_damper(
+    text: &mut String,
+    recording: &Recording,
+    columns: &Columns,
+    answers: &Answers,
+    (index, spring): (usize, bool),
+) {
+    let push = match answers.motion {
+        Motion::Slide => "N/m",
+        Motion::Hinge => "N m/rad",
+    };
+    let body = body_name(columns, index);
+    let guess = guess(
+        recording,
+        &columns.positions[index],
+        columns.inputs.get(index).unwrap_or(&columns.inputs[0]),
+        answers,
+    );
+    let neighbour = columns.neighbour(index);
+    let from = neighbour.map_or("ground".into(), |other| body_name(columns, other));
+    if neighbour.is_some() {
+        text.push_str(
+            "\n# A guess: no input drives this body, so that spring and damper join it to the one before.\n",
+        );
+    }
+    if spring || neighbour.is_some() {
+        let _ = write!(
+            text,
+            "\n[[spring]]                    # force = -stiffness (q - rest)\nname = {}\nfrom = {}\nto = {}\n\
+             stiffness = {{ value = {}, min = 0.0 }}   # {push}, a guess\n\
+             # rest = {{ value = 0.0 }}    # where it pulls to, if that is not zero\n",
+            quoted(&format!("{body}_spring")),
+            quoted(&from),
+            quoted(&body),
+            number(guess.stiffness)
+        );
+    }
+    let per_speed = if answers.motion == Motion::Slide {
+        "N s/m"
+    } else {
+        "N m s/rad"
+    };
+    let _ = write!(
+        text,
+        "\n[[damper]]                    # force = -damping v\nname = {}\nfrom = {}\nto = {}\n\
+         damping = {{ value = {}, min = 0.0 }}   # {per_speed}, a guess\n",
+        quoted(&format!("{body}_damper")),
+        quoted(&from),
+        quoted(&body),
+        number(guess.damping)
+    );
 }
 
 fn push_actuator(
@@ -196,6 +196,35 @@ fn push_actuator(
         );
     }
     let _ = writeln!(text, "# rate_limit = 100.0          # and per second");
+}
+
+fn push_sensors(text: &mut String, columns: &Columns, answers: &Answers, index: usize) {
+    let position = &columns.positions[index];
+    let body = body_name(columns, index);
+    push_sensor(
+        text,
+        &format!("{body}_encoder"),
+        &format!("{body}.position"),
+        position,
+    );
+    if is_counts(position) {
+        text.push_str(match answers.motion {
+            Motion::Hinge => {
+                "gain = 651.8986469            # counts per rad, a guess: 4096 counts a turn / 6.283185307\n"
+            }
+            Motion::Slide => {
+                "gain = 1e6                    # counts per m, a guess: a scale of 1 um a count\n"
+            }
+        });
+    }
+    if let Some(velocity) = &columns.velocities[index] {
+        push_sensor(
+            text,
+            &format!("{body}_tachometer"),
+            &format!("{body}.velocity"),
+            velocity,
+        );
+    }
 }
 
 fn push_sensor(text: &mut String, name: &str, reads: &str, column: &str) {

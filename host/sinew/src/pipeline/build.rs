@@ -10,6 +10,7 @@ use sinew_sim::{Plant, Rig};
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::closed_loop::disturbance::Disturbance;
 use crate::closed_loop::perturbed_plant::PerturbedParameter;
+use crate::closed_loop::scenario::Scenario;
 use crate::closed_loop::setup::{DeviceRun, PidRun, Setup, TUNING_PLANTS, same_bits};
 use crate::pipeline::kept_pid::KeptPids;
 use crate::pipeline::learn::Record;
@@ -25,6 +26,7 @@ use sinew_ident::cli::repair::Repairs;
 use sinew_ident::diagnose::{DiagnoseOptions, Diagnosis, Recordings, diagnose};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::{Fit, FitOptions, FreeRun, fit, free_runs, require};
+use sinew_ident::population::Fleet;
 use sinew_ident::recording::Recording;
 use sinew_ident::report::{shared_values, warnings};
 
@@ -142,34 +144,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
     require(&rig, all.clone())?;
     let checks = request.repairs.before(&rig, all, request.quiet)?;
     let fleet = read_fleet(request.fleet.as_deref(), &rig)?;
-    let options = FitOptions {
-        fleet: fleet.clone(),
-        ..FitOptions::default()
-    };
-    let stage = Stage::begin("fit the rig to the recordings", request.quiet);
-    let fitted = fit(&rig, &recordings, &options, &mut |p| {
-        stage.say(format!(
-            "stage {}, step {}, {:.2} % of the signal",
-            p.stage,
-            p.step,
-            100.0 * p.error
-        ));
-    })?;
-    sinew_files::write(request.out.join("rig.toml"), fitted.rig.to_toml())?;
-    let free_runs = all_free_runs(&rig, &fitted, (&recordings, &tests))?;
-    stage.end(fit_sentence(&fitted));
-    let mut doubts = doubts(&fitted);
-    if request.diagnose {
-        // It comes next, and says what is missing.
-        doubts.retain(|doubt| !doubt.contains("`sinew diagnose` looks for"));
-    }
-    if !request.quiet {
-        // Before minutes go into what is made on it.
-        doubts
-            .iter()
-            .for_each(|doubt| colour::on_error(format!("  warning: {doubt}")));
-    }
-
+    let identified = identify(request, &rig, fleet.clone(), (&recordings, &tests))?;
     let diagnosis = if request.diagnose {
         Some(find(request, &rig, checks, (&recordings, &tests))?)
     } else {
@@ -180,7 +155,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
     let corrected = diagnosis.as_ref().filter(|found| !found.effects.is_empty());
     let (model_rig, rig_of_model) = match corrected {
         Some(found) => (ModelRig::Corrected, &found.mended),
-        None => (ModelRig::Fitted, &fitted.rig),
+        None => (ModelRig::Fitted, &identified.fitted.rig),
     };
     let plant = Plant::new(rig_of_model)?;
     let reference = tests
@@ -225,37 +200,18 @@ pub fn build(request: &Request) -> Result<Outcome> {
     stage.end(format!("{steps} steps at {:.0} Hz", 1.0 / task.period_s));
     let host_equals_device = match request.board {
         Board::Host => None,
-        _ => {
-            let stage = Stage::begin("run it on this computer", request.quiet);
-            let same = bench.on_device(&request.out, Board::Host, &host, &spec, &scenario)?;
-            let equal = same_bits(&mpc.answers, &same.answers);
-            stage.end(if equal { "the same bits" } else { "OTHER bits" });
-            Some(equal)
-        }
+        _ => Some(is_reproduced(
+            request,
+            &bench,
+            (&spec, &host),
+            &scenario,
+            &mpc,
+        )?),
     };
     // The reference may be that of a test recording.
     let all = [&recordings[..], &tests[..]].concat();
     let key = predictor::key(rig_of_model, &all, &bench);
-    let mut kept = KeptPids::open(request.out.join("pid.json"), key);
-    let mut pid = |on: &str, plants: &[Vec<f64>]| {
-        let stage = Stage::begin("tune and run the PID", request.quiet);
-        let tuned = kept.tuned(&bench, plants);
-        let run = tuned.and_then(|(tuning, reused)| {
-            Ok((bench.run_baseline::<PidState>(tuning, &scenario)?, reused))
-        });
-        stage.end(match &run {
-            Ok((_, true)) => format!("{on}, as before"),
-            Ok((_, false)) => on.to_owned(),
-            Err(_) => "none".to_owned(),
-        });
-        run.map(|(pid, _)| pid)
-    };
-    let informed_pid = pid(
-        "on the plants that tuned the MPC",
-        &bench.tuning_plants(TUNING_PLANTS),
-    );
-    let very = [values.clone(), values.clone()];
-    let pid = pid("on the plant that it is judged on", &very);
+    let [informed_pid, pid] = pids(request, &bench, key, &values, &scenario);
     let sizes = match request.board {
         Board::Host => None,
         _ => Some(project::image::sizes(&board.lockstep)?),
@@ -263,12 +219,12 @@ pub fn build(request: &Request) -> Result<Outcome> {
     let sensors = || task.outputs.iter().map(|s| &plant.sensors()[*s]);
     Ok(Outcome {
         name: rig.name.clone(),
-        fit: fitted,
+        fit: identified.fitted,
         diagnosis,
         model_rig,
         hidden: request.hidden.clone(),
-        free_runs,
-        doubts,
+        free_runs: identified.free_runs,
+        doubts: identified.doubts,
         units: sensors().map(|s| s.unit.clone()).collect(),
         outputs: sensors().map(|s| s.column.clone()).collect(),
         inputs: plant.inputs().iter().map(|i| i.column.clone()).collect(),
@@ -330,6 +286,100 @@ fn load(request: &Request) -> Result<(Rig, Vec<Recording>, Vec<Recording>)> {
 
 fn no_recording() -> Error {
     Error::arguments("no recording to fit the rig to").help("name one with --fit")
+}
+
+/// The fitted rig with its free runs, and what warns of it.
+struct Identified {
+    fitted: Fit,
+    free_runs: Vec<Fitted>,
+    doubts: Vec<String>,
+}
+
+fn identify(
+    request: &Request,
+    rig: &Rig,
+    fleet: Option<Fleet>,
+    (recordings, tests): (&[Recording], &[Recording]),
+) -> Result<Identified> {
+    let options = FitOptions {
+        fleet,
+        ..FitOptions::default()
+    };
+    let stage = Stage::begin("fit the rig to the recordings", request.quiet);
+    let fitted = fit(rig, recordings, &options, &mut |p| {
+        stage.say(format!(
+            "stage {}, step {}, {:.2} % of the signal",
+            p.stage,
+            p.step,
+            100.0 * p.error
+        ));
+    })?;
+    sinew_files::write(request.out.join("rig.toml"), fitted.rig.to_toml())?;
+    let free_runs = all_free_runs(rig, &fitted, (recordings, tests))?;
+    stage.end(fit_sentence(&fitted));
+    let mut doubts = doubts(&fitted);
+    if request.diagnose {
+        // It comes next, and says what is missing.
+        doubts.retain(|doubt| !doubt.contains("`sinew diagnose` looks for"));
+    }
+    if !request.quiet {
+        // Before minutes go into what is made on it.
+        doubts
+            .iter()
+            .for_each(|doubt| colour::on_error(format!("  warning: {doubt}")));
+    }
+    Ok(Identified {
+        fitted,
+        free_runs,
+        doubts,
+    })
+}
+
+/// Runs the scenario on this computer too, and compares the commands' bits with those of the board.
+fn is_reproduced(
+    request: &Request,
+    bench: &Setup<'_>,
+    (spec, host): (&ModelSpec, &Built),
+    scenario: &Scenario,
+    on_board: &DeviceRun,
+) -> Result<bool> {
+    let stage = Stage::begin("run it on this computer", request.quiet);
+    let same = bench.on_device(&request.out, Board::Host, host, spec, scenario)?;
+    let equal = same_bits(&on_board.answers, &same.answers);
+    stage.end(if equal { "the same bits" } else { "OTHER bits" });
+    Ok(equal)
+}
+
+/// Runs of the PID tuned on the plants that tuned the MPC, and on the plant of the loop, which has
+/// these values. `key`: of the gains that are kept.
+fn pids(
+    request: &Request,
+    bench: &Setup<'_>,
+    key: u64,
+    values: &[f64],
+    scenario: &Scenario,
+) -> [Result<PidRun>; 2] {
+    let mut kept = KeptPids::open(request.out.join("pid.json"), key);
+    let mut pid = |on: &str, plants: &[Vec<f64>]| {
+        let stage = Stage::begin("tune and run the PID", request.quiet);
+        let tuned = kept.tuned(bench, plants);
+        let run = tuned.and_then(|(tuning, reused)| {
+            Ok((bench.run_baseline::<PidState>(tuning, scenario)?, reused))
+        });
+        stage.end(match &run {
+            Ok((_, true)) => format!("{on}, as before"),
+            Ok((_, false)) => on.to_owned(),
+            Err(_) => "none".to_owned(),
+        });
+        run.map(|(pid, _)| pid)
+    };
+    let informed = pid(
+        "on the plants that tuned the MPC",
+        &bench.tuning_plants(TUNING_PLANTS),
+    );
+    let very = [values.to_vec(), values.to_vec()];
+    let very = pid("on the plant that it is judged on", &very);
+    [informed, very]
 }
 
 /// The free runs of the fit, and those of both rigs over the recordings that are only scored.

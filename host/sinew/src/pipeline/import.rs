@@ -6,7 +6,7 @@ use sinew_model::from_network;
 use sinew_model::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
 use sinew_nn::Network;
 use sinew_sim::{Input, Plant, Rig, SensorChannel};
-use sinew_train::Form;
+use sinew_train::{Form, NetworkTable};
 
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::pipeline::learn::{crate_name, options, score};
@@ -36,24 +36,7 @@ pub fn adopt(
     let shape = shape(rig, plant, task)?;
     let table = rig_file::network_table(rig)?;
     let line = table.as_ref().map_or(1, |table| table.line);
-    let form = match table.as_ref().and_then(|t| t.form) {
-        Some(Form::State) => {
-            return Err(Error::file(
-                &rig.file,
-                "`form = \"state\"` of [network] is for networks that `sinew train` makes",
-            )
-            .expected("`form = \"absolute\"` or `form = \"increment\"`"));
-        }
-        Some(Form::Absolute) => OutputForm::Absolute,
-        Some(Form::Increment) => OutputForm::Increment,
-        None => {
-            return Err(
-                Error::file(&rig.file, "[network] does not say what the network gives")
-                    .at(line, 1)
-                    .expected("`form = \"absolute\"`, the next output, or `form = \"increment\"`, its change"),
-            );
-        }
-    };
+    let form = output_form(rig, table.as_ref())?;
     let inputs: Vec<(Signal, f64)> = plant
         .inputs()
         .iter()
@@ -87,25 +70,9 @@ pub fn adopt(
     if form == OutputForm::Increment {
         given.iter_mut().for_each(|(_, offset)| *offset = 0.0);
     }
-    let (takes, gives) = (network.inputs(), network.outputs());
-    if (takes, gives) != (regressor.len(), given.len()) {
-        let message = format!(
-            "{}: the network takes {takes} numbers and gives {gives}, which is not what [network] says",
-            from.display()
-        );
-        return Err(Error::file(&rig.file, message)
-            .at(line, 1)
-            .expected(format!(
-                "{} numbers in: {} inputs, {} values each, {} outputs, {} values each, {} channels; and {} out",
-                regressor.len(),
-                shape.n_u,
-                shape.past_inputs,
-                shape.n_y,
-                shape.past_outputs,
-                shape.n_s,
-                given.len()
-            ))
-            .help("`past_inputs`, `past_outputs` and `channels` say what it is given"));
+    if (network.inputs(), network.outputs()) != (regressor.len(), given.len()) {
+        let wanted = (regressor.len(), given.len());
+        return Err(other_shape(rig, line, (network, from), &shape, wanted));
     }
     let layers = from_network::layers(network, &regressor, &given)
         .map_err(|e| Error::file(from, e.to_string()))?;
@@ -158,6 +125,55 @@ pub fn judged(
         return None;
     }
     Some(score(spec, shape, 0, task, &episodes, &scaling))
+}
+
+/// Form that the rig's `[network]` says.
+fn output_form(rig: &Rig, table: Option<&NetworkTable>) -> Result<OutputForm> {
+    let line = table.map_or(1, |table| table.line);
+    match table.and_then(|t| t.form) {
+        Some(Form::State) => Err(Error::file(
+            &rig.file,
+            "`form = \"state\"` of [network] is for networks that `sinew train` makes",
+        )
+        .expected("`form = \"absolute\"` or `form = \"increment\"`")),
+        Some(Form::Absolute) => Ok(OutputForm::Absolute),
+        Some(Form::Increment) => Ok(OutputForm::Increment),
+        None => Err(
+            Error::file(&rig.file, "[network] does not say what the network gives")
+                .at(line, 1)
+                .expected(
+                    "`form = \"absolute\"`, the next output, or `form = \"increment\"`, its change",
+                ),
+        ),
+    }
+}
+
+/// Refusal of a network that takes and gives other counts of numbers than `expected`.
+fn other_shape(
+    rig: &Rig,
+    line: usize,
+    (network, from): (&Network, &Path),
+    shape: &Shape,
+    expected: (usize, usize),
+) -> Error {
+    let (takes, gives) = (network.inputs(), network.outputs());
+    let message = format!(
+        "{}: the network takes {takes} numbers and gives {gives}, which is not what [network] says",
+        from.display()
+    );
+    Error::file(&rig.file, message)
+            .at(line, 1)
+            .expected(format!(
+                "{} numbers in: {} inputs, {} values each, {} outputs, {} values each, {} channels; and {} out",
+                expected.0,
+                shape.n_u,
+                shape.past_inputs,
+                shape.n_y,
+                shape.past_outputs,
+                shape.n_s,
+                expected.1
+            ))
+            .help("`past_inputs`, `past_outputs` and `channels` say what it is given")
 }
 
 fn shape(rig: &Rig, plant: &Plant, task: &ControlProblem) -> Result<Shape> {

@@ -18,10 +18,11 @@ use crate::closed_loop::control_problem::ControlProblem;
 use crate::rig_file;
 use sinew_ident::error::{Error, Result};
 use sinew_train::dataset::{
-    RolloutConfig, SampledState, Sensitivity, Stretch, draw, sensitivities,
+    Episode, RolloutConfig, SampledState, Sensitivity, Stretch, draw, sensitivities,
 };
 use sinew_train::train::{
-    Checkpoint, Epoch, Options, Scaled, Shape, Windows, gates, layers, scale, scaling, train,
+    Checkpoint, Epoch, Folded, Options, Scaled, Shape, Windows, gates, layers, scale, scaling,
+    train,
 };
 
 /// File of an unfinished training, in the folder of its result.
@@ -151,23 +152,10 @@ fn learned(
     let plants = plants.drawn(plant, seed, count);
     let plants: Vec<&[f64]> = plants.iter().map(Vec::as_slice).collect();
     let drawn = draw(plant, &plants, sampled_states, &config, count)?;
-    let column = |of: fn(&sinew_train::dataset::Episode) -> &[f64], width: usize, i: usize| {
-        drawn
-            .iter()
-            .flat_map(move |e| of(e).iter().skip(i).step_by(width).copied())
-    };
-    let u_scaling: Vec<_> = (0..shape.n_u)
-        .map(|i| scaling(column(|e| &e.u, shape.n_u, i)))
-        .collect();
-    let y_scaling: Vec<_> = (0..shape.n_y)
-        .map(|i| scaling(column(|e| &e.y, shape.n_y, i)))
-        .collect();
-    let s_scaling: Vec<_> = (0..shape.n_s)
-        .map(|i| scaling(column(|e| &e.channels, shape.n_s, i)))
-        .collect();
-    let mut scaled = scale(&drawn, &u_scaling, &y_scaling, &s_scaling);
+    let scalings = Scalings::of(&drawn, &shape);
+    let mut scaled = scale(&drawn, &scalings.u, &scalings.y, &scalings.s);
     if options.derivative_weight > 0.0 {
-        let reach: Vec<f64> = u_scaling.iter().map(|(span, _)| *span).collect();
+        let reach: Vec<f64> = scalings.u.iter().map(|(span, _)| *span).collect();
         let stretch = Stretch {
             first: shape.history() + options.burn_in(),
             steps: options.rollout,
@@ -181,7 +169,7 @@ fn learned(
             stretch,
         )?;
         for (episode, sensitivities) in scaled.iter_mut().zip(sensitivities) {
-            episode.sensitivities = in_model_units(sensitivities, &u_scaling, &y_scaling);
+            episode.sensitivities = in_model_units(sensitivities, &scalings.u, &scalings.y);
         }
     }
     let (training, rest) = scaled.split_at(EPISODES[0]);
@@ -190,18 +178,74 @@ fn learned(
     let mut checkpoint = Checkpoint::new(checkpoint);
     let checkpoint = Some(&mut checkpoint);
     let trained = train(shape, training, validation, &options, checkpoint, progress)?;
+    let spec = spec(
+        rig,
+        plant,
+        task,
+        (shape, &options),
+        &scalings,
+        &trained.folded,
+    )?;
+    let (one_step_rms, horizon_rms) =
+        score(&spec, shape, options.burn_in(), task, test, &scalings.y);
+    let record = Record {
+        history: trained.history,
+        kept: trained.kept,
+        parameters: spec.parameters(),
+        one_step_rms,
+        horizon_rms,
+        horizon: task.rollout(),
+    };
+    Ok(Learned { spec, record })
+}
+
+/// Span and offset of each signal of a model.
+struct Scalings {
+    u: Vec<(f64, f64)>,
+    y: Vec<(f64, f64)>,
+    s: Vec<(f64, f64)>,
+}
+
+impl Scalings {
+    fn of(episodes: &[Episode], shape: &Shape) -> Self {
+        let columns = |values_of: fn(&Episode) -> &[f64], width: usize| {
+            let column = |i: usize| {
+                let values = episodes.iter().flat_map(move |episode| {
+                    values_of(episode).iter().skip(i).step_by(width).copied()
+                });
+                scaling(values)
+            };
+            (0..width).map(column).collect()
+        };
+        Self {
+            u: columns(|episode| &episode.u, shape.n_u),
+            y: columns(|episode| &episode.y, shape.n_y),
+            s: columns(|episode| &episode.channels, shape.n_s),
+        }
+    }
+}
+
+/// Model of a trained network, with its provisional settings.
+fn spec(
+    rig: &Rig,
+    plant: &Plant,
+    task: &ControlProblem,
+    (shape, options): (Shape, &Options),
+    scalings: &Scalings,
+    folded: &Folded,
+) -> Result<ModelSpec> {
     let signal = |name: &str, unit: &str, (span, offset): (f64, f64)| Signal {
         name: name.into(),
         unit: unit.into(),
         span,
         offset,
     };
-    let inputs = plant.inputs().iter().zip(&u_scaling);
+    let inputs = plant.inputs().iter().zip(&scalings.u);
     let outputs = task
         .outputs
         .iter()
         .map(|s| &plant.sensors()[*s])
-        .zip(&y_scaling);
+        .zip(&scalings.y);
     let mut spec = ModelSpec {
         name: crate_name(&rig.name),
         period_s: task.period_s,
@@ -216,14 +260,14 @@ fn learned(
             .0
             .iter()
             .map(|s| &plant.sensors()[*s])
-            .zip(&s_scaling)
+            .zip(&scalings.s)
             .map(|(c, s)| signal(&c.column, &c.unit, *s))
             .collect(),
         past_inputs: shape.past_inputs,
         past_outputs: shape.past_outputs,
         form: OutputForm::Increment,
-        skip: Some(trained.folded.linear.concat()),
-        layers: layers(&trained.folded)?,
+        skip: Some(folded.linear.concat()),
+        layers: layers(folded)?,
         control: ControlSpec {
             observer_gain: options.observer_gain,
             ..control(task)
@@ -235,17 +279,7 @@ fn learned(
     spec.control.value = task.cost_to_go(&spec.outputs);
     spec.validate()
         .map_err(|e| Error::failed(format!("the trained model: {e}")))?;
-    let (one_step_rms, horizon_rms) =
-        score(&spec, shape, options.burn_in(), task, test, &y_scaling);
-    let record = Record {
-        history: trained.history,
-        kept: trained.kept,
-        parameters: spec.parameters(),
-        one_step_rms,
-        horizon_rms,
-        horizon: task.rollout(),
-    };
-    Ok(Learned { spec, record })
+    Ok(spec)
 }
 
 /// Sensitivities with inputs and outputs in units of their spans.

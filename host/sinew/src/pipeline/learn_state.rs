@@ -125,38 +125,8 @@ pub(super) fn learn_state(
         )?);
     }
     let n_m = task.outputs.len() + task.channels.len();
-    let least = |history: &[Epoch]| {
-        let losses = history.iter().map(|losses| losses.validation);
-        losses.fold(f64::INFINITY, f64::min)
-    };
-    let mut best: Option<(StateModel, Vec<Epoch>)> = None;
-    for start in 0..STARTS {
-        let options = StateOptions {
-            seed: seed.wrapping_add(1000 * start as u64),
-            ..options.clone()
-        };
-        let mut history = Vec::new();
-        let model = train(
-            (plant.inputs().len(), n_m),
-            [&sets[0], &sets[1], &sets[2]],
-            &options,
-            |done, of, losses| {
-                let losses = Epoch {
-                    training: losses.training,
-                    validation: losses.validation,
-                };
-                history.push(losses);
-                progress(start * of + done, STARTS * of, losses);
-            },
-        )?;
-        let better = |(_, known): &(StateModel, Vec<Epoch>)| least(&history) < least(known);
-        if best.as_ref().is_none_or(better) {
-            best = Some((model, history));
-        }
-    }
-    let Some((model, history)) = best else {
-        return Err(Error::failed("no training was started"));
-    };
+    let signals = (plant.inputs().len(), n_m);
+    let (model, history) = best_of_starts(signals, &sets, &options, &mut progress)?;
     let spec = spec(rig, plant, values, &population, task, &model)?;
     let (one_step_rms, horizon_rms) = score(&model, task, &sets[2]);
     let best = |a: &(usize, &Epoch), b: &(usize, &Epoch)| a.1.validation.total_cmp(&b.1.validation);
@@ -174,6 +144,46 @@ pub(super) fn learn_state(
         horizon: task.horizon,
     };
     Ok(Learned { spec, record })
+}
+
+/// Trains from several starts, and keeps the model that is best on the second of the `sets`, with
+/// its history. `signals`: the counts of inputs and of measurements.
+fn best_of_starts(
+    signals: (usize, usize),
+    sets: &[Vec<StateEpisode>],
+    options: &StateOptions,
+    progress: &mut impl FnMut(usize, usize, Epoch),
+) -> Result<(StateModel, Vec<Epoch>)> {
+    let least = |history: &[Epoch]| {
+        let losses = history.iter().map(|losses| losses.validation);
+        losses.fold(f64::INFINITY, f64::min)
+    };
+    let mut best: Option<(StateModel, Vec<Epoch>)> = None;
+    for start in 0..STARTS {
+        let options = StateOptions {
+            seed: options.seed.wrapping_add(1000 * start as u64),
+            ..options.clone()
+        };
+        let mut history = Vec::new();
+        let model = train(
+            signals,
+            [&sets[0], &sets[1], &sets[2]],
+            &options,
+            |done, of, losses| {
+                let losses = Epoch {
+                    training: losses.training,
+                    validation: losses.validation,
+                };
+                history.push(losses);
+                progress(start * of + done, STARTS * of, losses);
+            },
+        )?;
+        let better = |(_, known): &(StateModel, Vec<Epoch>)| least(&history) < least(known);
+        if best.as_ref().is_none_or(better) {
+            best = Some((model, history));
+        }
+    }
+    best.ok_or_else(|| Error::failed("no training was started"))
 }
 
 /// Slots of the free parameters that move the outputs most, at most [`MAX_PARAMETERS`]: the root
@@ -228,6 +238,61 @@ fn signal(name: &str, unit: &str, scale: Scale) -> Signal {
     }
 }
 
+fn dense(rows: &[Vec<f32>], bias: &[f32], activation: Activation) -> Result<Dense> {
+    Dense::from_rows(rows, bias.to_vec(), activation).map_err(|e| Error::failed(e.to_string()))
+}
+
+/// States, estimated parameters and measurement of the model, with their noise.
+fn state_spec(
+    plant: &Plant,
+    values: &[f64],
+    population: &Population,
+    task: &ControlProblem,
+    model: &StateModel,
+) -> Result<StateSpec> {
+    let noise = task.noise.iter().chain(&task.channel_noise);
+    let noise = noise.zip(&model.measurements).zip(&model.measurement_error);
+    // What a linear measurement leaves is noise to the filter.
+    let measurement_noise = noise
+        .map(|((noise, scale), error)| (noise / scale.span).hypot(*error).max(QUIET))
+        .collect();
+    let names = plant.state_names();
+    let states = names.iter().zip(&model.states).zip(&model.one_step_error);
+    let parameters = population.slots.iter().map(|slot| Parameter {
+        name: plant.parameters()[*slot].name.clone(),
+        value: values[*slot],
+        spread: population.spread,
+        noise: DRIFT * task.period_s.sqrt(),
+        lower: -BOUND,
+        upper: BOUND,
+    });
+    Ok(StateSpec {
+        states: states
+            .enumerate()
+            .map(|(i, ((name, scale), error))| {
+                // Rest says what a velocity is, and nothing of a position or a charge.
+                let velocity = (plant.bodies()..2 * plant.bodies()).contains(&i);
+                State {
+                    signal: signal(name, "SI", *scale),
+                    rest: if velocity { scale.scaled(0.0) } else { 0.0 },
+                    rest_deviation: if velocity { STILL } else { 1.0 },
+                    deviation: 1.0,
+                    noise: *error,
+                }
+            })
+            .collect(),
+        parameters: parameters.collect(),
+        measurement: dense(
+            &model.measurement,
+            &model.measurement_bias,
+            Activation::Linear,
+        )?,
+        measurement_noise,
+        disturbance_deviation: DISTURBANCE,
+        gate: GATE,
+    })
+}
+
 fn spec(
     rig: &Rig,
     plant: &Plant,
@@ -243,15 +308,7 @@ fn spec(
             .map(|(s, scale)| signal(&sensors[*s].column, unit_of(&sensors[*s].unit), *scale))
             .collect()
     };
-    let noise = task.noise.iter().chain(&task.channel_noise);
-    let noise = noise.zip(&model.measurements).zip(&model.measurement_error);
-    // What a linear measurement leaves is noise to the filter.
-    let measurement_noise = noise
-        .map(|((noise, scale), error)| (noise / scale.span).hypot(*error).max(QUIET))
-        .collect();
-    let names = plant.state_names();
-    let states = names.iter().zip(&model.states).zip(&model.one_step_error);
-    let n_x = names.len();
+    let n_x = plant.state_len();
     let n_u = plant.inputs().len();
     // The trainer's columns are (x, u, theta), those of a model file (u, x, theta).
     let ordered = |row: &Vec<f32>| -> Vec<f32> {
@@ -259,19 +316,9 @@ fn spec(
         let (u, theta) = rest.split_at(n_u);
         [u, x, theta].concat()
     };
-    let dense = |rows: &[Vec<f32>], bias: &[f32], activation: Activation| -> Result<Dense> {
-        Dense::from_rows(rows, bias.to_vec(), activation).map_err(|e| Error::failed(e.to_string()))
-    };
     let hidden: Vec<Vec<f32>> = model.hidden.iter().map(ordered).collect();
     let linear: Vec<Vec<f32>> = model.linear.iter().map(ordered).collect();
-    let parameters = population.slots.iter().map(|slot| Parameter {
-        name: plant.parameters()[*slot].name.clone(),
-        value: values[*slot],
-        spread: population.spread,
-        noise: DRIFT * task.period_s.sqrt(),
-        lower: -BOUND,
-        upper: BOUND,
-    });
+    let state = state_spec(plant, values, population, task, model)?;
     let inputs = plant.inputs().iter().zip(&model.inputs);
     let spec = ModelSpec {
         name: crate_name(&rig.name),
@@ -293,31 +340,7 @@ fn spec(
             disturbance_gain: 0.02,
             ..control(task)
         },
-        state: Some(StateSpec {
-            states: states
-                .enumerate()
-                .map(|(i, ((name, scale), error))| {
-                    // Rest says what a velocity is, and nothing of a position or a charge.
-                    let velocity = (plant.bodies()..2 * plant.bodies()).contains(&i);
-                    State {
-                        signal: signal(name, "SI", *scale),
-                        rest: if velocity { scale.scaled(0.0) } else { 0.0 },
-                        rest_deviation: if velocity { STILL } else { 1.0 },
-                        deviation: 1.0,
-                        noise: *error,
-                    }
-                })
-                .collect(),
-            parameters: parameters.collect(),
-            measurement: dense(
-                &model.measurement,
-                &model.measurement_bias,
-                Activation::Linear,
-            )?,
-            measurement_noise,
-            disturbance_deviation: DISTURBANCE,
-            gate: GATE,
-        }),
+        state: Some(state),
         soft_sensor: None,
         golden: vec![],
     };
