@@ -1,7 +1,7 @@
 //! `[network]` of a rig file: the network that its owner asks for.
 
 use sinew_sim::effects::Sign;
-use sinew_sim::rig::Tables;
+use sinew_sim::rig::{TableReader, Tables};
 use sinew_sim::{Error, Rig};
 
 /// Form of the network's output.
@@ -120,26 +120,7 @@ fn read_network(tables: &Tables, outputs: &[usize]) -> Result<Option<NetworkTabl
         ("lstm", FirstLayer::Lstm),
     ];
     let first_layer = table.word("first_layer", &first_layers)?;
-    let hidden = table
-        .numbers("hidden", Sign::Positive)?
-        .map(|widths| {
-            widths
-                .into_iter()
-                .map(|width| {
-                    let whole = width.fract() == 0.0 && width <= MAX_WIDTH as f64;
-                    whole.then_some(width as usize).ok_or_else(|| {
-                        table.error_at(
-                            "hidden",
-                            format!(
-                                "`hidden` of [network]: expected whole numbers from 1 to \
-                                 {MAX_WIDTH}, found {width}"
-                            ),
-                        )
-                    })
-                })
-                .collect::<Result<Vec<usize>, Error>>()
-        })
-        .transpose()?;
+    let hidden = hidden_widths(&table)?;
     if first_layer.is_some() && hidden.as_ref().is_some_and(Vec::is_empty) {
         return Err(table.error_at(
             "first_layer",
@@ -170,26 +151,7 @@ fn read_network(tables: &Tables, outputs: &[usize]) -> Result<Option<NetworkTabl
     }
     let form = table.word("form", &forms)?;
     if form == Some(Form::State) {
-        for key in [
-            "past_inputs",
-            "past_outputs",
-            "observer_gain",
-            "derivative_weight",
-        ] {
-            if table.has(key) {
-                return Err(table.error_at(
-                    key,
-                    format!("`{key}` of [network] is for a network on past readings; expected no `{key}` beside `form = \"state\"`"),
-                ));
-            }
-        }
-        let wide = hidden.as_ref().is_some_and(|widths| widths.len() != 1);
-        if wide || first_layer.is_some_and(|first| first != FirstLayer::Tanh) {
-            return Err(table.error_at(
-                "form",
-                "`form = \"state\"` of [network] has one hidden layer of tanh; expected one width in `hidden`",
-            ));
-        }
+        refuse_beside_state(&table, hidden.as_deref(), first_layer)?;
     }
     Ok(Some(NetworkTable {
         hidden,
@@ -202,4 +164,56 @@ fn read_network(tables: &Tables, outputs: &[usize]) -> Result<Option<NetworkTabl
         channels,
         line: table.own_line(),
     }))
+}
+
+fn hidden_widths(table: &TableReader) -> Result<Option<Vec<usize>>, Error> {
+    table
+        .numbers("hidden", Sign::Positive)?
+        .map(|widths| {
+            widths
+                .into_iter()
+                .map(|width| {
+                    let whole = width.fract() == 0.0 && width <= MAX_WIDTH as f64;
+                    whole.then_some(width as usize).ok_or_else(|| {
+                        table.error_at(
+                            "hidden",
+                            format!(
+                                "`hidden` of [network]: expected whole numbers from 1 to \
+                                 {MAX_WIDTH}, found {width}"
+                            ),
+                        )
+                    })
+                })
+                .collect::<Result<Vec<usize>, Error>>()
+        })
+        .transpose()
+}
+
+/// Refuses what a network with a state has no use for.
+fn refuse_beside_state(
+    table: &TableReader,
+    hidden: Option<&[usize]>,
+    first_layer: Option<FirstLayer>,
+) -> Result<(), Error> {
+    for key in [
+        "past_inputs",
+        "past_outputs",
+        "observer_gain",
+        "derivative_weight",
+    ] {
+        if table.has(key) {
+            return Err(table.error_at(
+                key,
+                format!("`{key}` of [network] is for a network on past readings; expected no `{key}` beside `form = \"state\"`"),
+            ));
+        }
+    }
+    let wide = hidden.is_some_and(|widths| widths.len() != 1);
+    if wide || first_layer.is_some_and(|first| first != FirstLayer::Tanh) {
+        return Err(table.error_at(
+            "form",
+            "`form = \"state\"` of [network] has one hidden layer of tanh; expected one width in `hidden`",
+        ));
+    }
+    Ok(())
 }

@@ -75,26 +75,7 @@ pub fn calibrate(
             "at least {least} rows with every channel and output, or fewer channels in `sensed_by`"
         )));
     }
-    let of_channels: Vec<(f64, f64)> = channels
-        .iter()
-        .map(|channel| {
-            let values = whole.iter().map(|k| channel.values[*k]);
-            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-                (low.min(v), high.max(v))
-            });
-            ((high - low) / 2.0, f64::midpoint(high, low))
-        })
-        .collect();
-    if let Some(still) = of_channels.iter().position(|(span, _)| *span <= 0.0) {
-        return Err(Error::file(
-            file,
-            format!(
-                "`{}`, a channel of the soft sensor, never changes",
-                channels[still].name
-            ),
-        )
-        .expected("channels that move with the outputs"));
-    }
+    let of_channels = channel_scalings(channels, &whole, file)?;
     let z = DMatrix::from_fn(whole.len(), n_s, |row, i| {
         let (span, offset) = of_channels[i];
         (channels[i].values[whole[row]] - offset) / span
@@ -108,21 +89,7 @@ pub fn calibrate(
         .map(|(from, to)| Sums::of(&a, &y, from, to))
         .collect();
     let (ridge, squares) = chosen(&a, &y, &sums)?;
-    for (r, square) in squares.iter().enumerate() {
-        let left = square / y.column(r).variance().max(f64::MIN_POSITIVE);
-        if left > MOST_LEFT {
-            return Err(Error::file(file, format!(
-                "the channels do not say `{}`: their best map leaves {:.0} % of its variance on \
-                 readings that it has not seen",
-                outputs[r].name,
-                100.0 * left
-            ))
-            .expected(format!(
-                "at most {:.0} %: other channels in `sensed_by`, or a longer recording that moves",
-                100.0 * MOST_LEFT
-            )));
-        }
-    }
+    refuse_unsaid(&squares, &y, outputs, file)?;
     let all = Sums::total(&sums, None);
     let weights = all.solve(ridge).ok_or_else(not_positive)?;
     let row = |from: usize, count: usize| -> Vec<f32> {
@@ -146,6 +113,51 @@ pub fn calibrate(
         ridge,
         rows: whole.len(),
     })
+}
+
+/// Half range and middle of each channel over the whole rows.
+fn channel_scalings(channels: &[Column], whole: &[usize], file: &Path) -> Result<Vec<(f64, f64)>> {
+    let of_channels: Vec<(f64, f64)> = channels
+        .iter()
+        .map(|channel| {
+            let values = whole.iter().map(|k| channel.values[*k]);
+            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+                (low.min(v), high.max(v))
+            });
+            ((high - low) / 2.0, f64::midpoint(high, low))
+        })
+        .collect();
+    if let Some(still) = of_channels.iter().position(|(span, _)| *span <= 0.0) {
+        return Err(Error::file(
+            file,
+            format!(
+                "`{}`, a channel of the soft sensor, never changes",
+                channels[still].name
+            ),
+        )
+        .expected("channels that move with the outputs"));
+    }
+    Ok(of_channels)
+}
+
+/// Refuses an output of whose variance the map leaves too much.
+fn refuse_unsaid(squares: &[f64], y: &DMatrix<f64>, outputs: &[Column], file: &Path) -> Result<()> {
+    for (r, square) in squares.iter().enumerate() {
+        let left = square / y.column(r).variance().max(f64::MIN_POSITIVE);
+        if left > MOST_LEFT {
+            return Err(Error::file(file, format!(
+                "the channels do not say `{}`: their best map leaves {:.0} % of its variance on \
+                 readings that it has not seen",
+                outputs[r].name,
+                100.0 * left
+            ))
+            .expected(format!(
+                "at most {:.0} %: other channels in `sensed_by`, or a longer recording that moves",
+                100.0 * MOST_LEFT
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// 1, z_i, z_i z_j with j >= i.

@@ -10,7 +10,7 @@ use crate::diagnose::candidate::implausible;
 use crate::diagnose::case::Case;
 use crate::diagnose::config::CONFIG;
 use crate::diagnose::corrected::worse_on;
-use crate::diagnose::details::Details;
+use crate::diagnose::details::{Details, Recovered};
 use crate::diagnose::differing::differing;
 use crate::diagnose::doubt::{lower, stopped};
 use crate::diagnose::errors;
@@ -71,24 +71,9 @@ pub(crate) fn conclude(
     let mut notes = notes(refitted);
     let effects = match named {
         Some((found, index)) => {
-            let shares = shares(found, index, case)?;
-            let mut effects = effects(found, index, case, &known, &shares);
-            let named = &found.candidates[index];
-            notes.extend(lower(&mut effects, named, &mended, &known, case)?);
-            let worse = worse_on(&refitted.rig, &mended, roles)?;
-            if !worse.is_empty() {
-                let doubt = CONFIG.calibration.doubt;
-                effects
-                    .iter_mut()
-                    .for_each(|effect| effect.confidence *= doubt);
-                notes.push(format!(
-                    "less sure: the corrected rig is worse than the refitted one on {}",
-                    worse.join(", ")
-                ));
-            }
-            notes.extend(imitated_numbers::doubt(&mut effects, case)?);
-            notes.extend(imitated_sensors::doubt(&mut effects, (found, index), case)?);
-            notes.extend(imitated_starts::doubt(&mut effects, (found, index), case)?);
+            let corrected = (&refitted.rig, &mended, &known);
+            let (effects, doubts) = doubted_effects((found, index), case, corrected, roles)?;
+            notes.extend(doubts);
             effects
         }
         None => {
@@ -97,17 +82,7 @@ pub(crate) fn conclude(
             Vec::new()
         }
     };
-    let verdict = match found {
-        _ if named.is_some() => Verdict::MissingPhysics,
-        Some(found) if found.needs_nothing(case) => {
-            if explains_as_written(case, rig)? {
-                Verdict::Consistent
-            } else {
-                Verdict::Parameters
-            }
-        }
-        _ => Verdict::Unexplained,
-    };
+    let verdict = verdict(rig, case, found, named.is_some())?;
     if let Some(found) = found {
         let left = named.map_or(&found.baseline, |(found, index)| &found.candidates[index]);
         if leaves_something(case, left) {
@@ -116,27 +91,14 @@ pub(crate) fn conclude(
     }
     let wrong = matches!(verdict, Verdict::MissingPhysics | Verdict::Unexplained);
     let wanted = effects.first().map(|effect| effect.component.as_str());
+    let shown = named.is_some().then_some(Corrected {
+        rig: &mended,
+        recordings: &roles.fit,
+    });
     let (location, recovered) = match found {
         Some(found) if wrong => {
-            let body = wanted.filter(|at| rig.bodies.iter().any(|body| body.name == *at));
-            let shown = named.is_some().then_some(Corrected {
-                rig: &mended,
-                recordings: &roles.fit,
-            });
-            let located = locate(&refitted.rig, case.fit, body, shown)?;
-            let component = wanted
-                .map(ToOwned::to_owned)
-                .or(located.as_ref().map(|located| located.component.clone()))
-                .or(rig.bodies.first().map(|body| body.name.clone()));
-            let location = Location {
-                component: component.unwrap_or_default(),
-                follows: located.as_ref().map_or_else(
-                    || "no quantity that was recorded".into(),
-                    |located| located.follows.clone(),
-                ),
-                intervals: intervals(&found.baseline.fit, case.fit),
-            };
-            (Some(location), located.map(|located| located.recovered))
+            let (location, recovered) = located((rig, refitted), case, found, wanted, shown)?;
+            (Some(location), recovered)
         }
         _ => (None, None),
     };
@@ -156,30 +118,29 @@ pub(crate) fn conclude(
         .map(|(found, index)| 1.0 - share_left(case, &found.candidates[index], &found.baseline));
     let mended = learned.unwrap_or(mended);
     let place = location.as_ref().map_or("it", |at| at.component.as_str());
+    let sentence = match far(refitted) {
+        Some(far) if verdict == Verdict::Parameters => far,
+        _ if found.is_none() => match &refitted.runaway {
+            Some(runaway) => no_free_runs(runaway),
+            None => UNSIMULATED.into(),
+        },
+        _ => match explained.zip(remainder.as_ref()) {
+            Some((explained, remainder)) => in_part(&effects, explained, remainder),
+            None => match &refitted.beyond {
+                Some(beyond) if verdict == Verdict::Unexplained => bound(beyond, &refitted.sensors),
+                _ => {
+                    let tried = found.is_some_and(|found| !found.candidates.is_empty());
+                    let stopped = stopped(case).map(|_| tried);
+                    let place = location.as_ref();
+                    sentence(verdict, &effects, &suspected, place, (stands_in, stopped))
+                }
+            },
+        },
+    };
     Ok(Diagnosis {
         format: FORMAT,
         verdict,
-        sentence: match far(refitted) {
-            Some(far) if verdict == Verdict::Parameters => far,
-            _ if found.is_none() => match &refitted.runaway {
-                Some(runaway) => no_free_runs(runaway),
-                None => UNSIMULATED.into(),
-            },
-            _ => match explained.zip(remainder.as_ref()) {
-                Some((explained, remainder)) => in_part(&effects, explained, remainder),
-                None => match &refitted.beyond {
-                    Some(beyond) if verdict == Verdict::Unexplained => {
-                        bound(beyond, &refitted.sensors)
-                    }
-                    _ => {
-                        let tried = found.is_some_and(|found| !found.candidates.is_empty());
-                        let stopped = stopped(case).map(|_| tried);
-                        let place = location.as_ref();
-                        sentence(verdict, &effects, &suspected, place, (stands_in, stopped))
-                    }
-                },
-            },
-        },
+        sentence,
         complete: remainder.is_none(),
         judged: judged(
             case,
@@ -208,6 +169,77 @@ pub(crate) fn conclude(
             recovered,
         },
     })
+}
+
+/// The finding in a word; `is_named`: an effect is named.
+fn verdict(rig: &Rig, case: &Case, found: Option<&Pool>, is_named: bool) -> Result<Verdict> {
+    Ok(match found {
+        _ if is_named => Verdict::MissingPhysics,
+        Some(found) if found.needs_nothing(case) => {
+            if explains_as_written(case, rig)? {
+                Verdict::Consistent
+            } else {
+                Verdict::Parameters
+            }
+        }
+        _ => Verdict::Unexplained,
+    })
+}
+
+/// Effects of a candidate with all that makes them less sure, and notes about that. `corrected`:
+/// the refitted rig, the corrected one, and its estimates.
+fn doubted_effects(
+    (found, index): (&Pool, usize),
+    case: &Case,
+    (refitted, mended, known): (&Rig, &Rig, &Known),
+    roles: &Roles,
+) -> Result<(Vec<FoundEffect>, Vec<String>)> {
+    let mut notes = Vec::new();
+    let shares = shares(found, index, case)?;
+    let mut effects = effects(found, index, case, known, &shares);
+    let named = &found.candidates[index];
+    notes.extend(lower(&mut effects, named, mended, known, case)?);
+    let worse = worse_on(refitted, mended, roles)?;
+    if !worse.is_empty() {
+        let doubt = CONFIG.calibration.doubt;
+        effects
+            .iter_mut()
+            .for_each(|effect| effect.confidence *= doubt);
+        notes.push(format!(
+            "less sure: the corrected rig is worse than the refitted one on {}",
+            worse.join(", ")
+        ));
+    }
+    notes.extend(imitated_numbers::doubt(&mut effects, case)?);
+    notes.extend(imitated_sensors::doubt(&mut effects, (found, index), case)?);
+    notes.extend(imitated_starts::doubt(&mut effects, (found, index), case)?);
+    Ok((effects, notes))
+}
+
+/// Place and time of the mismatch, and the force there. `wanted`: component of the first effect;
+/// `shown`: the corrected rig.
+fn located(
+    (rig, refitted): (&Rig, &Fit),
+    case: &Case,
+    found: &Pool,
+    wanted: Option<&str>,
+    shown: Option<Corrected<'_>>,
+) -> Result<(Location, Option<Recovered>)> {
+    let body = wanted.filter(|at| rig.bodies.iter().any(|body| body.name == *at));
+    let located = locate(&refitted.rig, case.fit, body, shown)?;
+    let component = wanted
+        .map(ToOwned::to_owned)
+        .or(located.as_ref().map(|located| located.component.clone()))
+        .or(rig.bodies.first().map(|body| body.name.clone()));
+    let location = Location {
+        component: component.unwrap_or_default(),
+        follows: located.as_ref().map_or_else(
+            || "no quantity that was recorded".into(),
+            |located| located.follows.clone(),
+        ),
+        intervals: intervals(&found.baseline.fit, case.fit),
+    };
+    Ok((location, located.map(|located| located.recovered)))
 }
 
 fn estimates(fitted: &Fit) -> Known {

@@ -7,159 +7,207 @@ use serde_json::{Map, Value};
 /// measured.
 pub fn of_the_controller(summary: &Map<String, Value>) -> Option<String> {
     summary.get("mpc_instructions").or(summary.get("image"))?;
-    let at = |path: &str| summary_at(summary, path);
-    let count = |path: &str| at(path).and_then(Value::as_u64).map_or(absent(), grouped);
-    let percent = |path: &str| {
-        let value = at(path).and_then(Value::as_f64);
-        value.map_or(absent(), |part| format!("{:.2} %", 100.0 * part))
-    };
-    let rms = |path: &str| {
-        let value = at(path).and_then(Value::as_f64);
-        value.map_or(absent(), |rms| format!("{rms:.4}"))
-    };
-    let name = |path: &str| at(path).and_then(Value::as_str).unwrap_or("not measured");
+    let figures = Figures(summary);
+    let mut page = String::new();
+    figures.forward(&mut page);
+    figures.steps(&mut page);
+    figures.linear_mpc(&mut page);
+    figures.terminal_values(&mut page);
+    figures.budgets(&mut page);
+    figures.memory(&mut page);
+    figures.times(&mut page);
+    Some(page)
+}
 
-    let mut page = format!(
-        "{HEAD}{}",
-        row(&[
+/// Figures of the summary as text.
+struct Figures<'a>(&'a Map<String, Value>);
+
+impl Figures<'_> {
+    fn at(&self, path: &str) -> Option<&Value> {
+        summary_at(self.0, path)
+    }
+
+    fn count(&self, path: &str) -> String {
+        self.at(path)
+            .and_then(Value::as_u64)
+            .map_or(absent(), grouped)
+    }
+
+    fn percent(&self, path: &str) -> String {
+        let value = self.at(path).and_then(Value::as_f64);
+        value.map_or(absent(), |part| format!("{:.2} %", 100.0 * part))
+    }
+
+    fn rms(&self, path: &str) -> String {
+        let value = self.at(path).and_then(Value::as_f64);
+        value.map_or(absent(), |rms| format!("{rms:.4}"))
+    }
+
+    fn name(&self, path: &str) -> &str {
+        self.at(path)
+            .and_then(Value::as_str)
+            .unwrap_or("not measured")
+    }
+
+    /// Networks alone, beside printed C.
+    fn forward(&self, page: &mut String) {
+        page.push_str(HEAD);
+        page.push_str(&row(&[
             "network",
             "sinew",
             "goal",
-            name("peers/forward/S/peer"),
+            self.name("peers/forward/S/peer"),
             "onnx2c, quoted",
-        ])
-    );
-    page.push_str(&rule(5));
-    for (network, shape, goal, quoted) in FORWARD {
-        page.push_str(&row(&[
-            shape,
-            &count(&format!("forward_instructions/{network}")),
-            goal,
-            &count(&format!("peers/forward/{network}/instructions")),
-            quoted,
         ]));
-    }
-
-    page.push_str(STEP);
-    page.push_str(&row(&[
-        "problem",
-        "mean",
-        "largest",
-        "goal",
-        "stack, B",
-        "J over IPOPT's",
-        "worst step",
-        "tracking",
-        "IPOPT's",
-        "another's, quoted: largest",
-    ]));
-    page.push_str(&rule(10));
-    for (case, problem, goal, quoted) in PROBLEMS {
-        let of = |key: &str| format!("mpc_instructions/{case}/{key}");
-        page.push_str(&row(&[
-            problem,
-            &count(&of("mean")),
-            &count(&of("max")),
-            goal,
-            &count(&of("stack_bytes")),
-            &percent(&of("cost_over_optimum")),
-            &percent(&of("largest_step_over_optimum")),
-            &rms(&of("tracking_rms")),
-            &rms(&of("tracking_rms_of_ipopt")),
-            quoted,
-        ]));
-    }
-
-    page.push_str(&format!(
-        "\n{}, a linear MPC on the network linearised at rest, every command free, printed by its code generator and counted \
-         in the same way (tolerance 1e-3, at most 400 iterations, the best of six rho):\n\n",
-        name("peers/mpc/S_N10/peer")
-    ));
-    page.push_str(&row(&[
-        "problem", "mean", "largest", "tracking", "flash, B", "RAM, B",
-    ]));
-    page.push_str(&rule(6));
-    for (case, problem, ..) in PROBLEMS.iter().filter(|p| matches!(p.0, "S_N5" | "S_N10")) {
-        let of = |key: &str| format!("peers/mpc/{case}/{key}");
-        page.push_str(&row(&[
-            problem,
-            &count(&of("mean")),
-            &count(&of("max")),
-            &rms(&of("tracking_rms")),
-            &count(&of("flash_bytes")),
-            &count(&of("ram_bytes")),
-        ]));
-    }
-
-    page.push_str(TERMINAL_VALUE);
-    for (case, horizon, value) in VALUES {
-        let of = |key: &str| format!("terminal_value/{case}/{key}");
-        page.push_str(&row(&[
-            horizon,
-            value,
-            &count(&of("mean")),
-            &count(&of("max")),
-            &rms(&of("tracking_rms")),
-            &count(&of("image_flash_bytes")),
-            &count(&of("image_static_bytes")),
-            &count(&of("stack_bytes")),
-        ]));
-    }
-
-    page.push_str(BUDGET);
-    for (network, problem) in [("S", "S, N = 10"), ("L", "L, N = 10")] {
-        for (share, budget) in BUDGETS {
-            let of = |key: &str| format!("budget/{network}_{share}/{key}");
+        page.push_str(&rule(5));
+        for (network, shape, goal, quoted) in FORWARD {
             page.push_str(&row(&[
-                problem,
-                budget,
-                &count(&of("budget")),
-                &count(&of("mean")),
-                &count(&of("max")),
-                &count(&of("stopped")),
-                &rms(&of("tracking_rms")),
+                shape,
+                &self.count(&format!("forward_instructions/{network}")),
+                goal,
+                &self.count(&format!("peers/forward/{network}/instructions")),
+                quoted,
             ]));
         }
     }
 
-    page.push_str(BUDGET_REMARK);
-    page.push_str(MEMORY);
-    for (what, flash, ram, goal) in [
-        (
-            "control step",
-            "image/flash_bytes",
-            "image/ram_bytes",
-            "16,000 and 8,000",
-        ),
-        (
-            "whole counting image",
-            "image/whole_flash_bytes",
-            "image/whole_ram_bytes",
-            "",
-        ),
-    ] {
-        page.push_str(&row(&[what, &count(flash), &count(ram), goal]));
-    }
-    let flash = at("image/flash_bytes").and_then(Value::as_u64);
-    if let Some(over) = flash.and_then(|flash| flash.checked_sub(16_000))
-        && over > 0
-    {
-        page.push_str(&format!(
-            "\nFlash misses its goal by {} bytes ([0018](../lab/0018-size-of-the-control-step.md)).\n",
-            grouped(over)
-        ));
+    /// Control steps.
+    fn steps(&self, page: &mut String) {
+        page.push_str(STEP);
+        page.push_str(&row(&[
+            "problem",
+            "mean",
+            "largest",
+            "goal",
+            "stack, B",
+            "J over IPOPT's",
+            "worst step",
+            "tracking",
+            "IPOPT's",
+            "another's, quoted: largest",
+        ]));
+        page.push_str(&rule(10));
+        for (case, problem, goal, quoted) in PROBLEMS {
+            let of = |key: &str| format!("mpc_instructions/{case}/{key}");
+            page.push_str(&row(&[
+                problem,
+                &self.count(&of("mean")),
+                &self.count(&of("max")),
+                goal,
+                &self.count(&of("stack_bytes")),
+                &self.percent(&of("cost_over_optimum")),
+                &self.percent(&of("largest_step_over_optimum")),
+                &self.rms(&of("tracking_rms")),
+                &self.rms(&of("tracking_rms_of_ipopt")),
+                quoted,
+            ]));
+        }
     }
 
-    page.push_str(TIME);
-    for (case, problem, ..) in PROBLEMS {
-        let of = |mhz: &str| {
-            let path = format!("mpc_instructions/{case}/step_us_estimated/{mhz} MHz");
-            let us = at(&path).and_then(Value::as_f64);
-            us.map_or(absent(), |us| grouped(us as u64))
-        };
-        page.push_str(&row(&[problem, &of("84"), &of("100"), &of("168")]));
+    /// A linear MPC on the same problems.
+    fn linear_mpc(&self, page: &mut String) {
+        page.push_str(&format!(
+            "\n{}, a linear MPC on the network linearised at rest, every command free, printed by its code generator and counted \
+             in the same way (tolerance 1e-3, at most 400 iterations, the best of six rho):\n\n",
+            self.name("peers/mpc/S_N10/peer")
+        ));
+        page.push_str(&row(&[
+            "problem", "mean", "largest", "tracking", "flash, B", "RAM, B",
+        ]));
+        page.push_str(&rule(6));
+        for (case, problem, ..) in PROBLEMS.iter().filter(|p| matches!(p.0, "S_N5" | "S_N10")) {
+            let of = |key: &str| format!("peers/mpc/{case}/{key}");
+            page.push_str(&row(&[
+                problem,
+                &self.count(&of("mean")),
+                &self.count(&of("max")),
+                &self.rms(&of("tracking_rms")),
+                &self.count(&of("flash_bytes")),
+                &self.count(&of("ram_bytes")),
+            ]));
+        }
     }
-    Some(page)
+
+    /// Short horizons with a cost-to-go.
+    fn terminal_values(&self, page: &mut String) {
+        page.push_str(TERMINAL_VALUE);
+        for (case, horizon, value) in VALUES {
+            let of = |key: &str| format!("terminal_value/{case}/{key}");
+            page.push_str(&row(&[
+                horizon,
+                value,
+                &self.count(&of("mean")),
+                &self.count(&of("max")),
+                &self.rms(&of("tracking_rms")),
+                &self.count(&of("image_flash_bytes")),
+                &self.count(&of("image_static_bytes")),
+                &self.count(&of("stack_bytes")),
+            ]));
+        }
+    }
+
+    /// Steps with a budget.
+    fn budgets(&self, page: &mut String) {
+        page.push_str(BUDGET);
+        for (network, problem) in [("S", "S, N = 10"), ("L", "L, N = 10")] {
+            for (share, budget) in BUDGETS {
+                let of = |key: &str| format!("budget/{network}_{share}/{key}");
+                page.push_str(&row(&[
+                    problem,
+                    budget,
+                    &self.count(&of("budget")),
+                    &self.count(&of("mean")),
+                    &self.count(&of("max")),
+                    &self.count(&of("stopped")),
+                    &self.rms(&of("tracking_rms")),
+                ]));
+            }
+        }
+    }
+
+    /// Flash and RAM.
+    fn memory(&self, page: &mut String) {
+        page.push_str(BUDGET_REMARK);
+        page.push_str(MEMORY);
+        for (what, flash, ram, goal) in [
+            (
+                "control step",
+                "image/flash_bytes",
+                "image/ram_bytes",
+                "16,000 and 8,000",
+            ),
+            (
+                "whole counting image",
+                "image/whole_flash_bytes",
+                "image/whole_ram_bytes",
+                "",
+            ),
+        ] {
+            page.push_str(&row(&[what, &self.count(flash), &self.count(ram), goal]));
+        }
+        let flash = self.at("image/flash_bytes").and_then(Value::as_u64);
+        if let Some(over) = flash.and_then(|flash| flash.checked_sub(16_000))
+            && over > 0
+        {
+            page.push_str(&format!(
+                "\nFlash misses its goal by {} bytes ([0018](../lab/0018-size-of-the-control-step.md)).\n",
+                grouped(over)
+            ));
+        }
+    }
+
+    /// Estimated times.
+    fn times(&self, page: &mut String) {
+        page.push_str(TIME);
+        for (case, problem, ..) in PROBLEMS {
+            let of = |mhz: &str| {
+                let path = format!("mpc_instructions/{case}/step_us_estimated/{mhz} MHz");
+                let us = self.at(&path).and_then(Value::as_f64);
+                us.map_or(absent(), |us| grouped(us as u64))
+            };
+            page.push_str(&row(&[problem, &of("84"), &of("100"), &of("168")]));
+        }
+    }
 }
 
 /// Network, its shape, goal, and what onnx2c took.

@@ -88,6 +88,55 @@ pub(crate) fn locate(
             traces.push(trace);
         }
     }
+    let (what, force) = followed(rig, &plant, &place, &thinned, &traces);
+    let motion = rig.bodies[place.to].motion;
+    let laws: Vec<Vec<f64>> = (traces.iter().zip(&thinned.experiments).enumerate())
+        .map(|(index, (trace, experiment))| {
+            let named = corrected.and_then(|corrected| corrected.in_recording(index));
+            named.map_or_else(Vec::new, |(plant, values)| {
+                pushed.named_law(&place, (&plant, &values), experiment, trace)
+            })
+        })
+        .collect();
+    // Effects of a sensor are no force.
+    let largest = laws
+        .iter()
+        .flatten()
+        .fold(0.0, |most: f64, f| most.max(f.abs()));
+    let is_force =
+        largest > CONFIG.locate.no_force * force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
+    Ok(Some(Located {
+        component: place.component.clone(),
+        follows: what.to_owned(),
+        recovered: Recovered {
+            component: place.component,
+            unit: Quantity::Force.unit(motion).to_owned(),
+            position_unit: Quantity::Coordinate.unit(motion).to_owned(),
+            traces: traces
+                .into_iter()
+                .zip(&thinned.experiments)
+                .zip(laws)
+                .map(|((trace, experiment), law)| ForceTrace {
+                    recording: experiment.name.clone(),
+                    t: experiment.t.clone(),
+                    position: trace.position,
+                    velocity: trace.velocity,
+                    force: trace.force,
+                    law: if is_force { law } else { Vec::new() },
+                })
+                .collect(),
+        },
+    }))
+}
+
+/// Quantity that the force at a place follows, and the force over all recordings.
+fn followed(
+    rig: &Rig,
+    plant: &Plant,
+    place: &Place,
+    thinned: &Data,
+    traces: &[Trace],
+) -> (&'static str, Vec<f64>) {
     let joined = |f: fn(&Trace) -> &Vec<f64>| -> Vec<f64> {
         traces.iter().flat_map(|trace| f(trace).clone()).collect()
     };
@@ -127,44 +176,7 @@ pub(crate) fn locate(
         velocity: &velocity,
         input: input.as_deref(),
     });
-    let motion = rig.bodies[place.to].motion;
-    let laws: Vec<Vec<f64>> = (traces.iter().zip(&thinned.experiments).enumerate())
-        .map(|(index, (trace, experiment))| {
-            let named = corrected.and_then(|corrected| corrected.in_recording(index));
-            named.map_or_else(Vec::new, |(plant, values)| {
-                pushed.named_law(&place, (&plant, &values), experiment, trace)
-            })
-        })
-        .collect();
-    // Effects of a sensor are no force.
-    let largest = laws
-        .iter()
-        .flatten()
-        .fold(0.0, |most: f64, f| most.max(f.abs()));
-    let is_force =
-        largest > CONFIG.locate.no_force * force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
-    Ok(Some(Located {
-        component: place.component.clone(),
-        follows: what.to_owned(),
-        recovered: Recovered {
-            component: place.component,
-            unit: Quantity::Force.unit(motion).to_owned(),
-            position_unit: Quantity::Coordinate.unit(motion).to_owned(),
-            traces: traces
-                .into_iter()
-                .zip(&thinned.experiments)
-                .zip(laws)
-                .map(|((trace, experiment), law)| ForceTrace {
-                    recording: experiment.name.clone(),
-                    t: experiment.t.clone(),
-                    position: trace.position,
-                    velocity: trace.velocity,
-                    force: trace.force,
-                    law: if is_force { law } else { Vec::new() },
-                })
-                .collect(),
-        },
-    }))
+    (what, force)
 }
 
 /// Sizes and correlation times to try: parts of the force that moves the body, and of the time in
