@@ -8,6 +8,7 @@ mod deny;
 mod dist;
 mod evaluation;
 mod foreign;
+mod functions;
 mod generate;
 mod help;
 mod modules;

@@ -148,7 +148,7 @@ impl Counts {
             places,
         } in self.measures()
         {
-            let budget = budget(budgets, name)
+            let budget = budget(budgets, "prose", name)
                 .with_context(|| format!("tests/budgets.toml has no [prose] {name}"))?;
             let scale = 10_f64.powi(i32::try_from(places).unwrap_or(0));
             let rounded = (value * scale).round() / scale;
@@ -182,9 +182,9 @@ pub fn budgets() -> Result<String> {
     fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))
 }
 
-/// A number of the table `[prose]`.
-fn budget(text: &str, name: &str) -> Option<f64> {
-    let table = text.split("[prose]").nth(1)?;
+/// A number of a table of the budget's file.
+pub fn budget(text: &str, table: &str, name: &str) -> Option<f64> {
+    let table = text.split(&format!("[{table}]")).nth(1)?;
     let lines = table.lines().take_while(|line| !line.starts_with('['));
     let mut entries = lines.filter_map(|line| line.split_once('='));
     let (_, value) = entries.find(|(key, _)| key.trim() == name)?;

@@ -10,9 +10,10 @@ use anyhow::{Context, Result, bail};
 
 use xtask::process::root;
 
+use crate::functions;
 use crate::prose::{self, Counts};
 
-/// With `--list`, every place that counts against the budget of prose as well.
+/// With `--list`, every place that counts against the budgets of prose and code as well.
 ///
 /// # Errors
 /// A link of a page leads to no file or heading, a decision is not in the table or has no status,
@@ -26,6 +27,7 @@ pub fn check(arguments: &[String]) -> Result<()> {
     };
     let mut wrong = Vec::new();
     let mut counts = Counts::default();
+    let mut long_functions = Vec::new();
     for path in tracked("*.md")? {
         let text = fs::read_to_string(root().join(&path))?;
         wrong.extend(dead_links(&path, &text));
@@ -40,6 +42,7 @@ pub fn check(arguments: &[String]) -> Result<()> {
         // Printed by the emitter, whose own comments are counted.
         if !path.starts_with("models/") {
             counts.source(&path, &text);
+            long_functions.extend(functions::long(&path, &text));
         }
     }
     for (folder, lines) in [
@@ -62,8 +65,11 @@ pub fn check(arguments: &[String]) -> Result<()> {
     wrong.extend(missing_verbs(&guide, names(&table)));
     if list {
         counts.list();
+        long_functions.iter().for_each(|place| println!("{place}"));
     }
-    wrong.extend(counts.against(&prose::budgets()?)?);
+    let budgets = prose::budgets()?;
+    wrong.extend(counts.against(&budgets)?);
+    wrong.extend(functions::against(&long_functions, &budgets)?);
     if wrong.is_empty() {
         return Ok(());
     }

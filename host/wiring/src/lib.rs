@@ -24,7 +24,7 @@ mod table;
 mod units;
 
 pub use board::{Board, Decoder, Pin, Units, Use};
-pub use boards::board;
+pub use boards::{UnknownBoard, board};
 pub use check::check;
 pub use checked::Checked;
 pub use file::{ActuatorBy, ActuatorWire, Fault, SensorBy, SensorWire, Wiring};

@@ -163,11 +163,45 @@ fn build<'a>(
     // Hidden modes are bodies too, after those of the rig.
     let hidden = (rig.effects.iter()).filter(|effect| effect.kind == Kind::HiddenMode);
     let ground = rig.bodies.len() + hidden.count();
-    let index = |end: End| match end {
+    let bodies = bodies(rig, &mut slots);
+    let curves = laws(rig, &mut slots);
+    let springs = springs(rig, &mut slots, (ground, &curves));
+    let dampers = dampers(rig, &mut slots, (ground, &curves));
+    let loads = loads(rig, &mut slots);
+    let mut switches = Vec::new();
+    let tendons = tendons(rig, &mut slots, &mut switches);
+    let mut topology = Topology {
+        file: rig.file.clone(),
+        names: rig.bodies.iter().map(|body| body.name.clone()).collect(),
+        bodies,
+        springs,
+        dampers,
+        tendons,
+        loads,
+        switches,
+        // The stiffness of a learned law depends on the extension.
+        rates_vary: !rig.laws.is_empty(),
+        ..Topology::default()
+    };
+    hasel::add(rig, &mut slots, &mut topology);
+    add_actuators(rig, columns, &mut slots, &mut topology, signals.len());
+    add_sensors(rig, &mut slots, &mut topology);
+    attach::add_effects(rig, &mut slots, &mut topology);
+    shapes::add(rig, &mut slots, &mut topology);
+    (topology.signals, topology.depending) = slots.add_dependences(signals, rig);
+    topology.rates_vary |= !topology.depending.is_empty();
+    attach::finish(&mut topology);
+    (slots, topology)
+}
+
+fn index(ground: usize, end: End) -> usize {
+    match end {
         End::Ground => ground,
         End::Body(body) => body,
-    };
+    }
+}
 
+fn bodies(rig: &Rig, slots: &mut Slots) -> Vec<BodySlots> {
     let bodies = rig.bodies.iter().map(|body| {
         let mut of = |key, quantity, sign, value| {
             slots.of(&body.name, key, (quantity, body.motion), sign, value)
@@ -190,25 +224,27 @@ fn build<'a>(
             host: None,
         }
     });
-    let bodies: Vec<_> = bodies.collect();
+    bodies.collect()
+}
 
-    let curves = laws(rig, &mut slots);
-    let curve = |applied: &Option<AppliedLaw>| -> Option<Curve> {
-        let applied = applied.as_ref()?;
-        let mut curve = curves[applied.law];
-        curve.shape.length = applied.length;
-        curve.shape.width = applied.width;
-        Some(curve)
-    };
+/// Curve of a learned law, if a component has one, at the component's size.
+fn curve(curves: &[Curve], applied: &Option<AppliedLaw>) -> Option<Curve> {
+    let applied = applied.as_ref()?;
+    let mut curve = curves[applied.law];
+    curve.shape.length = applied.length;
+    curve.shape.width = applied.width;
+    Some(curve)
+}
 
+fn springs(rig: &Rig, slots: &mut Slots, (ground, curves): (usize, &[Curve])) -> Vec<Spring> {
     let springs = rig.springs.iter().map(|spring| {
         let motion = rig.ends_motion(spring.from, spring.to);
         let mut of = |key, quantity, sign, value| {
             slots.of(&spring.name, key, (quantity, motion), sign, value)
         };
         Spring {
-            from: index(spring.from),
-            to: index(spring.to),
+            from: index(ground, spring.from),
+            to: index(ground, spring.to),
             stiffness: of(
                 "stiffness",
                 Quantity::Stiffness,
@@ -217,19 +253,21 @@ fn build<'a>(
             ),
             rest: Some(of("rest", Quantity::Coordinate, Sign::Any, &spring.rest)),
             motion,
-            curve: curve(&spring.law),
+            curve: curve(curves, &spring.law),
             laws: Vec::new(),
             gap: None,
             memory: Vec::new(),
         }
     });
-    let springs: Vec<_> = springs.collect();
+    springs.collect()
+}
 
+fn dampers(rig: &Rig, slots: &mut Slots, (ground, curves): (usize, &[Curve])) -> Vec<Damper> {
     let dampers = rig.dampers.iter().map(|damper| {
         let quantity = (Quantity::Damping, rig.ends_motion(damper.from, damper.to));
         Damper {
-            from: index(damper.from),
-            to: index(damper.to),
+            from: index(ground, damper.from),
+            to: index(ground, damper.to),
             damping: slots.of(
                 &damper.name,
                 "damping",
@@ -237,11 +275,13 @@ fn build<'a>(
                 Sign::NonNegative,
                 &damper.damping,
             ),
-            curve: curve(&damper.law),
+            curve: curve(curves, &damper.law),
         }
     });
-    let dampers: Vec<_> = dampers.collect();
+    dampers.collect()
+}
 
+fn loads(rig: &Rig, slots: &mut Slots) -> Vec<Load> {
     let loads = rig.gravities.iter().map(|gravity| {
         let motion = rig.bodies[gravity.body].motion;
         let mut of = |key, quantity, value| {
@@ -259,9 +299,10 @@ fn build<'a>(
             },
         }
     });
-    let loads: Vec<_> = loads.collect();
+    loads.collect()
+}
 
-    let mut switches = Vec::new();
+fn tendons(rig: &Rig, slots: &mut Slots, switches: &mut Vec<Switch>) -> Vec<Tendon> {
     let tendons = rig.tendons.iter().enumerate().map(|(index, tendon)| {
         let path = tendon.path.iter().map(|(body, arm)| {
             let body_name = &rig.bodies[*body].name;
@@ -301,23 +342,10 @@ fn build<'a>(
             lines: Vec::new(),
         }
     });
+    tendons.collect()
+}
 
-    let tendons = tendons.collect();
-    let mut topology = Topology {
-        file: rig.file.clone(),
-        names: rig.bodies.iter().map(|body| body.name.clone()).collect(),
-        bodies,
-        springs,
-        dampers,
-        tendons,
-        loads,
-        switches,
-        // The stiffness of a learned law depends on the extension.
-        rates_vary: !rig.laws.is_empty(),
-        ..Topology::default()
-    };
-    hasel::add(rig, &mut slots, &mut topology);
-    add_actuators(rig, columns, &mut slots, &mut topology, signals.len());
+fn add_sensors(rig: &Rig, slots: &mut Slots, topology: &mut Topology) {
     for sensor in &rig.sensors {
         let reading = reading_unit(rig, sensor.reads);
         let signal = signal_unit(rig, sensor);
@@ -340,12 +368,6 @@ fn build<'a>(
             lag: None,
         });
     }
-    attach::add_effects(rig, &mut slots, &mut topology);
-    shapes::add(rig, &mut slots, &mut topology);
-    (topology.signals, topology.depending) = slots.add_dependences(signals, rig);
-    topology.rates_vary |= !topology.depending.is_empty();
-    attach::finish(&mut topology);
-    (slots, topology)
 }
 
 fn add_actuators<'a>(

@@ -142,6 +142,62 @@ fn shown(number: Option<f64>, digits: usize) -> String {
     number.map_or("none".into(), |number| format!("{number:.digits$}"))
 }
 
+/// Numbers of the cases that were answered.
+struct Measured {
+    /// Of the parameters of effects that were meant.
+    errors: Vec<f64>,
+    /// Free-run error over the true model's.
+    ratios: Vec<f64>,
+    seconds: Vec<f64>,
+}
+
+impl Measured {
+    fn of(cases: &[Scored]) -> Self {
+        let mut errors = Vec::new();
+        let mut ratios = Vec::new();
+        let mut seconds = Vec::new();
+        for case in cases {
+            let Some(answer) = &case.answer else { continue };
+            seconds.push(answer.seconds);
+            for named in &answer.effects {
+                if let Some(concealed) = score::meant(named, &case.truth) {
+                    errors.extend(
+                        score::parameter_errors(named, concealed)
+                            .into_iter()
+                            .map(|(_, e)| e),
+                    );
+                }
+            }
+            if case.truth.strength == Some(Strength::Strong)
+                && case.truth.category != Category::Outside
+            {
+                ratios.extend(score::free_run_ratio(answer, &case.truth));
+            }
+        }
+        Self {
+            errors,
+            ratios,
+            seconds,
+        }
+    }
+}
+
+/// Cases of one strong effect whose family is right.
+fn in_family(cases: &[Scored], strong: &Count) -> usize {
+    strong.get(Outcome::Right)
+        + strong.get(Outcome::Family)
+        + Count::of(cases.iter().filter(|case| {
+            case.truth.strength == Some(Strength::Strong)
+                && case.truth.category == Category::One
+                && case.outcome == Outcome::NotToldApart
+                && case
+                    .answer
+                    .as_ref()
+                    .is_some_and(|answer| score::same_family(answer, &case.truth))
+        }))
+        .all()
+}
+
 fn summary(text: &mut String, cases: &[Scored]) {
     let of = |category: Category, strength: Option<Strength>| {
         let these = move |case: &&Scored| {
@@ -155,38 +211,12 @@ fn summary(text: &mut String, cases: &[Scored]) {
     let two = of(Category::Two, None);
     let outside = of(Category::Outside, None);
     let controls = Count::of(cases.iter().filter(|case| case.truth.category.is_control()));
-    let in_family = strong.get(Outcome::Right)
-        + strong.get(Outcome::Family)
-        + Count::of(cases.iter().filter(|case| {
-            case.truth.strength == Some(Strength::Strong)
-                && case.truth.category == Category::One
-                && case.outcome == Outcome::NotToldApart
-                && case
-                    .answer
-                    .as_ref()
-                    .is_some_and(|answer| score::same_family(answer, &case.truth))
-        }))
-        .all();
-    let mut errors = Vec::new();
-    let mut ratios = Vec::new();
-    let mut seconds = Vec::new();
-    for case in cases {
-        let Some(answer) = &case.answer else { continue };
-        seconds.push(answer.seconds);
-        for named in &answer.effects {
-            if let Some(concealed) = score::meant(named, &case.truth) {
-                errors.extend(
-                    score::parameter_errors(named, concealed)
-                        .into_iter()
-                        .map(|(_, e)| e),
-                );
-            }
-        }
-        if case.truth.strength == Some(Strength::Strong) && case.truth.category != Category::Outside
-        {
-            ratios.extend(score::free_run_ratio(answer, &case.truth));
-        }
-    }
+    let in_family = in_family(cases, &strong);
+    let Measured {
+        errors,
+        ratios,
+        seconds,
+    } = Measured::of(cases);
     let longest = seconds.iter().copied().fold(0.0, f64::max);
     let rows = [
         (

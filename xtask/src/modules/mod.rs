@@ -6,7 +6,7 @@ mod graph;
 mod ring;
 mod rooms;
 mod rules;
-mod tokens;
+pub mod tokens;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

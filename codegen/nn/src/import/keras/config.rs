@@ -59,6 +59,18 @@ fn wrong(message: &str) -> NetworkError {
     NetworkError::malformed("model configuration", message)
 }
 
+/// Returns true for an operation of Keras 3, which is no layer.
+fn is_operation(class: &str, value: &Value) -> bool {
+    // Files of the older format do not say where a class is from; a layer can be trained.
+    match value["module"].as_str() {
+        Some(module) => module.starts_with(OPERATIONS),
+        None => {
+            let bare = value["config"]["trainable"].is_null() && !IDLE.contains(&class);
+            bare && value["inbound_nodes"][0].is_object()
+        }
+    }
+}
+
 impl<'a> Model<'a> {
     /// # Errors
     /// The configuration is not that of a model of one input and one output.
@@ -101,24 +113,7 @@ impl<'a> Model<'a> {
             expect_own(&name, class, value)?;
             expect_float(&name, &config["dtype"])?;
             if class == "InputLayer" {
-                let settings = Settings::new(config);
-                for key in ["sparse", "ragged", "optional"] {
-                    if settings[key].as_bool() == Some(true) {
-                        return Err(NetworkError::unsupported(
-                            name,
-                            format!("an input with {key}=True"),
-                            "use a dense input",
-                        ));
-                    }
-                }
-                settings.expect_read(&name, class)?;
-                if !model.input.is_empty() {
-                    return Err(NetworkError::unsupported(
-                        name,
-                        "a second input",
-                        "concatenate the inputs into one",
-                    ));
-                }
+                model.expect_one_dense_input(&name, config)?;
                 model.set_input(&name, &config["batch_shape"], &config["batch_input_shape"])?;
                 continue;
             }
@@ -140,14 +135,7 @@ impl<'a> Model<'a> {
                     .cloned()
                     .collect()
             };
-            // Files of the older format do not say where a class is from; a layer can be trained.
-            let operation = match value["module"].as_str() {
-                Some(module) => module.starts_with(OPERATIONS),
-                None => {
-                    let bare = config["trainable"].is_null() && !IDLE.contains(&class);
-                    bare && value["inbound_nodes"][0].is_object()
-                }
-            };
+            let operation = is_operation(class, value);
             let constant = operands.iter().any(|operand| operand.layer().is_none());
             if !operation && constant {
                 return Err(NetworkError::unsupported(
@@ -180,6 +168,29 @@ impl<'a> Model<'a> {
             return Err(wrong("it has no input, or no layer after it"));
         }
         Ok(model)
+    }
+
+    /// Refuses an input that is not dense, and a second one.
+    fn expect_one_dense_input(&self, name: &str, config: &'a Value) -> Result<(), NetworkError> {
+        let settings = Settings::new(config);
+        for key in ["sparse", "ragged", "optional"] {
+            if settings[key].as_bool() == Some(true) {
+                return Err(NetworkError::unsupported(
+                    name,
+                    format!("an input with {key}=True"),
+                    "use a dense input",
+                ));
+            }
+        }
+        settings.expect_read(name, "InputLayer")?;
+        if !self.input.is_empty() {
+            return Err(NetworkError::unsupported(
+                name,
+                "a second input",
+                "concatenate the inputs into one",
+            ));
+        }
+        Ok(())
     }
 
     fn set_input(&mut self, name: &str, first: &Value, second: &Value) -> Result<(), NetworkError> {

@@ -162,6 +162,78 @@ fn opset(model: &ModelProto) -> Result<i64, NetworkError> {
     ))
 }
 
+fn is_recurrent(op: &str) -> bool {
+    ["RNN", "GRU", "LSTM"].contains(&op)
+}
+
+/// Shape of the input, its batch and open axes taken out.
+struct Opened {
+    /// Axis of the batch.
+    batch: Option<usize>,
+    shape: Vec<usize>,
+    /// The steps are open: one a call.
+    streaming: bool,
+}
+
+impl Opened {
+    fn new(graph: &GraphProto, input: &str, dims: &[Option<usize>]) -> Result<Self, NetworkError> {
+        let recurrent = graph.node.iter().any(|node| is_recurrent(&node.op_type));
+        // A recurrent layer reads steps first, the batch after.
+        let steps_first = graph.node.iter().any(|node| {
+            is_recurrent(&node.op_type) && node.input.first().is_some_and(|read| read == input)
+        });
+        let single = |axis: usize| dims.get(axis).is_some_and(|dim| dim.is_none_or(|n| n == 1));
+        let batch = match (dims, steps_first) {
+            // One row without a batch.
+            (&[Some(n)], _) if n != 1 => None,
+            (_, true) => Some(1),
+            (&[Some(_), second, _], false)
+                if recurrent && !single(0) && second.is_none_or(|n| n == 1) =>
+            {
+                Some(1)
+            }
+            _ => Some(0),
+        };
+        if batch.is_some_and(|batch| !single(batch)) {
+            let shape: Vec<String> = dims
+                .iter()
+                .map(|dim| dim.map_or_else(|| "open".into(), |n| n.to_string()))
+                .collect();
+            let axis = batch.unwrap_or(0);
+            let message = format!("an input of shape [{}]", shape.join(", "));
+            return Err(NetworkError::unsupported(
+                input,
+                message,
+                format!("a batch of 1 or an open one at axis {axis} works"),
+            ));
+        }
+        let mut shape = Vec::new();
+        let mut streaming = false;
+        for (axis, dim) in dims
+            .iter()
+            .enumerate()
+            .filter(|(axis, _)| Some(*axis) != batch)
+        {
+            let open_steps =
+                recurrent && dims.len() == 3 && Some(axis) == batch.map(|batch| 1 - batch.min(1));
+            if dim.is_none() && !open_steps {
+                return Err(NetworkError::unsupported(
+                    input,
+                    format!("the open axis {axis}"),
+                    "only the batch and the steps of a recurrent layer may be open",
+                ));
+            }
+            streaming |= dim.is_none();
+            shape.push(dim.unwrap_or(1));
+        }
+        Ok(Self {
+            batch,
+            shape,
+            streaming,
+        })
+    }
+}
+
 impl<'a> Import<'a> {
     fn new(
         name: &str,
@@ -201,57 +273,11 @@ impl<'a> Import<'a> {
             .map(|dim| dim.dim_value.filter(|&n| n > 0))
             .map(|n| n.map(|n| usize::try_from(n).unwrap_or(usize::MAX).min(MAX_LENGTH + 1)))
             .collect();
-        let is_recurrent = |op: &str| ["RNN", "GRU", "LSTM"].contains(&op);
-        let recurrent = graph.node.iter().any(|node| is_recurrent(&node.op_type));
-        // A recurrent layer reads steps first, the batch after.
-        let steps_first = graph
-            .node
-            .iter()
-            .any(|node| is_recurrent(&node.op_type) && node.input.first() == Some(&input.name));
-        let single = |axis: usize| dims.get(axis).is_some_and(|dim| dim.is_none_or(|n| n == 1));
-        let batch = match (dims.as_slice(), steps_first) {
-            // One row without a batch.
-            (&[Some(n)], _) if n != 1 => None,
-            (_, true) => Some(1),
-            (&[Some(_), second, _], false)
-                if recurrent && !single(0) && second.is_none_or(|n| n == 1) =>
-            {
-                Some(1)
-            }
-            _ => Some(0),
-        };
-        if batch.is_some_and(|batch| !single(batch)) {
-            let shape: Vec<String> = dims
-                .iter()
-                .map(|dim| dim.map_or_else(|| "open".into(), |n| n.to_string()))
-                .collect();
-            let axis = batch.unwrap_or(0);
-            let message = format!("an input of shape [{}]", shape.join(", "));
-            return Err(NetworkError::unsupported(
-                &input.name,
-                message,
-                format!("a batch of 1 or an open one at axis {axis} works"),
-            ));
-        }
-        let mut shape = Vec::new();
-        let mut streaming = false;
-        for (axis, dim) in dims
-            .iter()
-            .enumerate()
-            .filter(|(axis, _)| Some(*axis) != batch)
-        {
-            let open_steps =
-                recurrent && dims.len() == 3 && Some(axis) == batch.map(|batch| 1 - batch.min(1));
-            if dim.is_none() && !open_steps {
-                return Err(NetworkError::unsupported(
-                    &input.name,
-                    format!("the open axis {axis}"),
-                    "only the batch and the steps of a recurrent layer may be open",
-                ));
-            }
-            streaming |= dim.is_none();
-            shape.push(dim.unwrap_or(1));
-        }
+        let Opened {
+            batch,
+            shape,
+            streaming,
+        } = Opened::new(graph, &input.name, &dims)?;
         let network = Network::new(name, &input.name, shape.clone());
         let value = Value {
             place: 0,
