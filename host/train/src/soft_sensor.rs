@@ -89,7 +89,7 @@ pub fn calibrate(
         .map(|(from, to)| Sums::of(&a, &y, from, to))
         .collect();
     let (ridge, squares) = chosen(&a, &y, &sums)?;
-    refuse_unsaid(&squares, &y, outputs, file)?;
+    refuse_unsaid(squares.as_slice(), &y, outputs, file)?;
     let all = Sums::total(&sums, None);
     let weights = all.solve(ridge).ok_or_else(not_positive)?;
     let row = |from: usize, count: usize| -> Vec<f32> {

@@ -163,38 +163,8 @@ pub fn judge(
             causes.push(scaled_actuator(u, first));
         }
     }
-    for (i, sensor) in seen.iter().enumerate() {
-        let others = own.iter().enumerate().filter(|(other, _)| *other != i);
-        let others_fit = others.clone().all(|(_, m)| is_right(m));
-        // A sensor that is known already has not changed its sign or scale since.
-        let cause = match own[i] {
-            Match::Reversed if !sensor.confirmed => reversed_sensor(sensor.name),
-            Match::Scaled(ratio) if !sensor.confirmed => scaled_sensor(sensor.name, ratio),
-            Match::Still => dead_sensor(sensor.name),
-            _ => continue,
-        };
-        if others_fit {
-            causes.push(cause);
-        }
-    }
-    for i in 0..seen.len() {
-        for k in i + 1..seen.len() {
-            let p = &predicted[driven];
-            let swapped = seen.iter().enumerate().map(|(place, sensor)| {
-                let other = match place {
-                    place if place == i => k,
-                    place if place == k => i,
-                    place => place,
-                };
-                compare(sensor, &p[other], tolerance)
-            });
-            let swapped: Vec<Match> = swapped.collect();
-            let both = !seen[i].confirmed && !seen[k].confirmed;
-            if both && fits(&swapped) {
-                causes.push(crossed_sensors(seen[i].name, seen[k].name));
-            }
-        }
-    }
+    causes.extend(faults_of_sensors(&own, seen));
+    causes.extend(swapped_sensors(seen, &predicted[driven], tolerance));
     let less = |m: &Match| match m {
         Match::Scaled(ratio) => *ratio > 0.0 && *ratio < 1.0,
         m => is_right(m) || *m == Match::Still,
@@ -209,6 +179,49 @@ pub fn judge(
         return Verdict::Weak(causes);
     }
     Verdict::Fault(causes)
+}
+
+/// Sensors that are the only ones not to fit.
+fn faults_of_sensors(own: &[Match], seen: &[Seen]) -> Vec<Cause> {
+    let mut causes = Vec::new();
+    for (i, sensor) in seen.iter().enumerate() {
+        let others = own.iter().enumerate().filter(|(other, _)| *other != i);
+        let others_fit = others.clone().all(|(_, m)| is_right(m));
+        // A sensor that is known already has not changed its sign or scale since.
+        let cause = match own[i] {
+            Match::Reversed if !sensor.confirmed => reversed_sensor(sensor.name),
+            Match::Scaled(ratio) if !sensor.confirmed => scaled_sensor(sensor.name, ratio),
+            Match::Still => dead_sensor(sensor.name),
+            _ => continue,
+        };
+        if others_fit {
+            causes.push(cause);
+        }
+    }
+    causes
+}
+
+/// Pairs of sensors that would fit if each were the other.
+fn swapped_sensors(seen: &[Seen], predicted: &[Vec<f64>], tolerance: f64) -> Vec<Cause> {
+    let mut causes = Vec::new();
+    for i in 0..seen.len() {
+        for k in i + 1..seen.len() {
+            let swapped = seen.iter().enumerate().map(|(place, sensor)| {
+                let other = match place {
+                    place if place == i => k,
+                    place if place == k => i,
+                    place => place,
+                };
+                compare(sensor, &predicted[other], tolerance)
+            });
+            let swapped: Vec<Match> = swapped.collect();
+            let both = !seen[i].confirmed && !seen[k].confirmed;
+            if both && fits(&swapped) {
+                causes.push(crossed_sensors(seen[i].name, seen[k].name));
+            }
+        }
+    }
+    causes
 }
 
 /// Largest ratio of two scales that count as one.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sinew_model::spec::{Activation, limits::MAX_SIGNALS};
 use sinew_model::spec::{ControlSpec, Dense, Layer, ModelSpec, OutputForm, Signal};
-use sinew_sim::{Plant, Rig, Stepper};
+use sinew_sim::{Input, Plant, Rig, Stepper};
 
 use crate::pipeline::learned::{crate_name, unit_of};
 use crate::project::wired;
@@ -107,6 +107,46 @@ pub struct Setup {
 /// A command range that its owner gives: column, lower, upper, in the column's unit.
 pub type Range = (String, f64, f64);
 
+/// Actuator of an input with its range of commands: the limit, or what `ranges` says within it.
+fn actuator(rig: &Rig, input: &Input, ranges: &[Range]) -> Result<Actuator> {
+    let given = ranges.iter().find(|(column, ..)| *column == input.column);
+    let given = given.map(|(_, low, high)| (low * input.column_factor, high * input.column_factor));
+    let (low, high) = match (input.limit, given) {
+        (Some((least, most)), Some((low, high))) if low < least || high > most => {
+            return Err(Error::must_be(
+                "--range",
+                format!("within the limit of `{}`, {least} to {most}", input.column),
+                format!("{low}:{high}"),
+            ));
+        }
+        (_, Some(given)) => given,
+        (Some(limit), None) => limit,
+        (None, None) => {
+            let message = format!("actuator `{}` has no `limit`", input.actuator);
+            return Err(Error::file(&rig.file, message)
+                .at(input.line, 1)
+                .expected("`limit = [lower, upper]`: what it may be driven with")
+                .help(format!("or --range {}=LOWER:UPPER", input.column)));
+        }
+    };
+    if !(low < high && (high - low).is_finite()) {
+        return Err(Error::must_be(
+            "--range",
+            "NAME=LOWER:UPPER with LOWER < UPPER",
+            format!("{low}:{high}"),
+        ));
+    }
+    Ok(Actuator {
+        column: input.column.clone(),
+        unit: unit_of(input.unit()).into(),
+        low,
+        high,
+        rate: input.rate_limit.unwrap_or(f64::INFINITY),
+        safe: 0.0_f64.clamp(low, high),
+        factor: input.column_factor,
+    })
+}
+
 impl Setup {
     /// Reads what a rig declares; `ranges` narrow the commands of actuators.
     ///
@@ -133,45 +173,8 @@ impl Setup {
                 )),
             );
         }
-        let actuators = plant.inputs().iter().map(|input| {
-            let given = ranges.iter().find(|(column, ..)| *column == input.column);
-            let given =
-                given.map(|(_, low, high)| (low * input.column_factor, high * input.column_factor));
-            let (low, high) = match (input.limit, given) {
-                (Some((least, most)), Some((low, high))) if low < least || high > most => {
-                    return Err(Error::must_be(
-                        "--range",
-                        format!("within the limit of `{}`, {least} to {most}", input.column),
-                        format!("{low}:{high}"),
-                    ));
-                }
-                (_, Some(given)) => given,
-                (Some(limit), None) => limit,
-                (None, None) => {
-                    let message = format!("actuator `{}` has no `limit`", input.actuator);
-                    return Err(Error::file(&rig.file, message)
-                        .at(input.line, 1)
-                        .expected("`limit = [lower, upper]`: what it may be driven with")
-                        .help(format!("or --range {}=LOWER:UPPER", input.column)));
-                }
-            };
-            if !(low < high && (high - low).is_finite()) {
-                return Err(Error::must_be(
-                    "--range",
-                    "NAME=LOWER:UPPER with LOWER < UPPER",
-                    format!("{low}:{high}"),
-                ));
-            }
-            Ok(Actuator {
-                column: input.column.clone(),
-                unit: unit_of(input.unit()).into(),
-                low,
-                high,
-                rate: input.rate_limit.unwrap_or(f64::INFINITY),
-                safe: 0.0_f64.clamp(low, high),
-                factor: input.column_factor,
-            })
-        });
+        let actuators = plant.inputs().iter();
+        let actuators = actuators.map(|input| actuator(&rig, input, ranges));
         let actuators = actuators.collect::<Result<Vec<_>>>()?;
         let control = ControlTable::read(&rig)?;
         let signals = wired::of_rig(&rig)?;

@@ -261,6 +261,35 @@ pub fn is_mcap(path: &Path) -> bool {
     end.is_some_and(|end| end.eq_ignore_ascii_case("mcap"))
 }
 
+/// Carries out a typed order: `None` where it ends the run, otherwise the limits before it where
+/// it changes them.
+fn obey(
+    device: &mut Device,
+    run: &mut Run<'_>,
+    line: &str,
+    identity: &Identity,
+) -> Result<Option<Option<Vec<[f64; 2]>>>> {
+    let mut before = None;
+    if let Some(screen) = &mut run.screen {
+        screen.typed();
+    }
+    match order(line, identity) {
+        Ok(None) => return Ok(None),
+        Ok(Some(message)) => {
+            if let Some(ranges) = ranges(&message) {
+                before = Some(run.topics.limits().to_vec());
+                run.topics.limit(&ranges);
+            }
+            device.send(&message)?;
+        }
+        Err(refused) => match &mut run.screen {
+            Some(screen) => screen.say(&refused.to_string()),
+            None => eprintln!("{refused}"),
+        },
+    }
+    Ok(Some(before))
+}
+
 fn watch(
     device: &mut Device,
     names: &Names,
@@ -282,23 +311,10 @@ fn watch(
     loop {
         match typed.try_recv() {
             Ok(line) => {
-                if let Some(screen) = &mut run.screen {
-                    screen.typed();
-                }
-                match order(&line, identity) {
-                    Ok(None) => return Ok(()),
-                    Ok(Some(message)) => {
-                        if let Some(ranges) = ranges(&message) {
-                            limits_before = Some(run.topics.limits().to_vec());
-                            run.topics.limit(&ranges);
-                        }
-                        device.send(&message)?;
-                    }
-                    Err(refused) => match &mut run.screen {
-                        Some(screen) => screen.say(&refused.to_string()),
-                        None => eprintln!("{refused}"),
-                    },
-                }
+                let Some(before) = obey(device, run, &line, identity)? else {
+                    return Ok(());
+                };
+                limits_before = before.or(limits_before);
             }
             // A terminal that was closed, or a script that has ended: with a time to end, go on
             // until then.

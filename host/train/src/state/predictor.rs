@@ -235,16 +235,9 @@ pub fn train(
     };
     let reference = sample(&training, 4096, &mut random);
     let reference = Batch::new(&training, &reference, rollout, &device);
-    let predictions = model.roll_out(&step_row, gain, &reference);
-    let errors = predictions.into_iter().zip(&reference.targets);
-    let weights = errors.map(|(x, target)| {
-        let e = x - target.clone();
-        let squares = to_matrix((e.clone() * e).mean_dim(0));
-        let weights = squares.iter().map(|v| (1.0 / v.sqrt().max(1e-6)) as f32);
-        tensor(1, n, weights.collect(), &device)
-    });
+    let weights = loss_weights(&model, (&step_row, gain), &reference, &device);
     let frame = Frame {
-        weights: weights.collect(),
+        weights,
         step: step_row,
         gain,
     };
@@ -283,7 +276,32 @@ pub fn train(
     }
     let mut model = fold(&best.1, &step, gain, scales);
     measure(&mut model, &training);
-    let (z, changes) = pairs(&test);
+    measure_one_step(&mut model, &test);
+    Ok(model)
+}
+
+/// Weights of the loss: one over the errors of the linear model, at each step of the rollout.
+fn loss_weights(
+    model: &Transition,
+    (step, gain): (&Tensor<2>, f64),
+    reference: &Batch,
+    device: &Device,
+) -> Vec<Tensor<2>> {
+    let predictions = model.roll_out(step, gain, reference);
+    let errors = predictions.into_iter().zip(&reference.targets);
+    let weights = errors.map(|(x, target)| {
+        let e = x - target.clone();
+        let squares = to_matrix((e.clone() * e).mean_dim(0));
+        let weights = squares.iter().map(|v| (1.0 / v.sqrt().max(1e-6)) as f32);
+        tensor(1, step.dims()[1], weights.collect(), device)
+    });
+    weights.collect()
+}
+
+/// Root mean square error of each state one step ahead.
+fn measure_one_step(model: &mut StateModel, test: &Data) {
+    let n = test.n;
+    let (z, changes) = pairs(test);
     model.one_step_error = vec![0.0; n];
     for (z, change) in z.row_iter().zip(changes.row_iter()) {
         let z: Vec<f64> = z.iter().copied().collect();
@@ -296,7 +314,6 @@ pub fn train(
     for error in &mut model.one_step_error {
         *error = error.sqrt();
     }
-    Ok(model)
 }
 
 /// The hidden layer before training. A gradient moves weights of order 1, and a step as sharp as
