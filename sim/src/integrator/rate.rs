@@ -57,8 +57,8 @@ impl RowSums<'_> {
                 match *memory {
                     Memory::Hysteresis { slot, state: z, .. } => {
                         let p = &values[slot..];
-                        // z' = v (1 - ...) is at most twice the speed inside the loop, and z settles
-                        // over the distance that the strain hardens in.
+                        // z' = v (1 - ...) is at most twice the speed inside the loop, and z
+                        // settles over the distance that the strain hardens in.
                         let hardening = p[1].abs() + p[2].abs();
                         let size = strain_power(state.z[z].abs(), hardening, p[3]);
                         slopes.stiffness += 2.0 * p[0].abs();
@@ -79,7 +79,8 @@ impl RowSums<'_> {
         for damper in &topology.dampers {
             let damping = match &damper.curve {
                 None => values[damper.damping].abs(),
-                // The rate of the next sample is not known: the law may rise as far as it was learned.
+                // The rate of the next sample is not known: the law may rise as far as it was
+                // learned.
                 Some(curve) => {
                     let speed = state.v[damper.to] - state.v[damper.from];
                     curve.steepest(values, speed.abs().max(curve.shape.met()))

@@ -92,30 +92,8 @@ pub fn parse(text: &str, weights: &[u8]) -> Result<Network, NetworkError> {
 
 fn op(layer: &str, kind: Kind, file: &SafeTensors<'_>) -> Result<Op, NetworkError> {
     let list = |name: &str| floats(file, &format!("{layer}.{name}"));
-    let recurrent = |cell: Cell, sequences: bool, streaming: bool| -> Result<Op, NetworkError> {
-        let recurrent = list("recurrent")?;
-        let bias = list("bias")?;
-        let reset_after = matches!(
-            cell,
-            Cell::Gru {
-                reset_after: true,
-                ..
-            }
-        );
-        Ok(Op::Recurrent(Recurrent {
-            cell,
-            units: bias.len() / cell.gates(),
-            kernel: list("kernel")?,
-            recurrent,
-            bias,
-            inner_bias: if reset_after {
-                list("inner_bias")?
-            } else {
-                Vec::new()
-            },
-            sequences,
-            streaming,
-        }))
+    let recurrent = |cell: Cell, sequences: bool, streaming: bool| {
+        recurrent(layer, file, cell, (sequences, streaming))
     };
     Ok(match kind {
         Kind::Dense => Op::Dense(Dense {
@@ -201,6 +179,38 @@ fn op(layer: &str, kind: Kind, file: &SafeTensors<'_>) -> Result<Op, NetworkErro
         Kind::Normalise { epsilon } => Op::Normalise { epsilon },
         Kind::Concatenate { axis } => Op::Concatenate(axis),
     })
+}
+
+fn recurrent(
+    layer: &str,
+    file: &SafeTensors<'_>,
+    cell: Cell,
+    (sequences, streaming): (bool, bool),
+) -> Result<Op, NetworkError> {
+    let list = |name: &str| floats(file, &format!("{layer}.{name}"));
+    let recurrent = list("recurrent")?;
+    let bias = list("bias")?;
+    let reset_after = matches!(
+        cell,
+        Cell::Gru {
+            reset_after: true,
+            ..
+        }
+    );
+    Ok(Op::Recurrent(Recurrent {
+        cell,
+        units: bias.len() / cell.gates(),
+        kernel: list("kernel")?,
+        recurrent,
+        bias,
+        inner_bias: if reset_after {
+            list("inner_bias")?
+        } else {
+            Vec::new()
+        },
+        sequences,
+        streaming,
+    }))
 }
 
 fn bytes<'a>(file: &SafeTensors<'a>, name: &str, kind: Dtype) -> Result<&'a [u8], NetworkError> {

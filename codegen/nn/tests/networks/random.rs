@@ -174,8 +174,26 @@ const RNN: Cell = Cell::Simple {
 
 /// The networks.
 pub fn cases() -> Vec<Case> {
+    let mut networks = chains();
+    networks.extend(convolutions());
+    networks.push(branches());
+    networks.push(residual());
+    networks.extend(products_and_choices());
+    networks.extend(bounds_and_logarithms());
+
+    let mut cases: Vec<Case> = networks
+        .into_iter()
+        .map(|network| case(network, Options::default()))
+        .collect();
+    cases.extend(accuracies());
+    cases.extend(int8());
+    cases
+}
+
+/// Layers one after another, some with a state.
+fn chains() -> Vec<Network> {
     use Activation::{Relu, Sigmoid, Tanh};
-    let mut networks = vec![
+    vec![
         Builder::new("linear", &[3]).dense(2).done(),
         Builder::new("one-tanh", &[3])
             .dense(2)
@@ -227,7 +245,12 @@ pub fn cases() -> Vec<Case> {
             .recurrent(RNN, 3, true, false)
             .recurrent(LSTM, 4, false, false)
             .done(),
-    ];
+    ]
+}
+
+fn convolutions() -> Vec<Network> {
+    use Activation::{Relu, Tanh};
+    let mut networks = Vec::new();
     let conv = Window {
         stride: [2, 1],
         dilation: [1, 2],
@@ -279,7 +302,12 @@ pub fn cases() -> Vec<Case> {
         .then(Op::Reshape(vec![16]))
         .dense(2);
     networks.push(builder.done());
+    networks
+}
 
+/// Every activation of the input and of a dense layer, side by side.
+fn branches() -> Network {
+    use Activation::{Relu, Sigmoid, Tanh};
     let mut builder = Builder::new("branches", &[6]);
     let parts: Vec<usize> = [
         Relu,
@@ -313,8 +341,12 @@ pub fn cases() -> Vec<Case> {
     let all = builder.add(Op::Concatenate(0), &parts);
     builder.dense_of(all, 3);
     builder.then(Op::Softmax);
-    networks.push(builder.done());
+    builder.done()
+}
 
+/// Skip connections of images.
+fn residual() -> Network {
+    use Activation::Tanh;
     let mut builder = Builder::new("residual", &[4, 5, 2]);
     builder.convolution(
         2,
@@ -340,41 +372,36 @@ pub fn cases() -> Vec<Case> {
     let flat = builder.add(Op::Reshape(vec![4]), &[pool]);
     builder.add(Op::Softmax, &[flat]);
     builder.dense(2).scale();
-    networks.push(builder.done());
+    builder.done()
+}
 
-    networks.extend(products_and_choices());
-    networks.extend(bounds_and_logarithms());
-
-    let mut cases: Vec<Case> = networks
-        .into_iter()
-        .map(|network| case(network, Options::default()))
-        .collect();
+/// The same network at other accuracies of tanh.
+fn accuracies() -> [Case; 2] {
     let mut precise = Builder::new("precise", &[15])
         .recurrent(gru(true), 5, false, true)
         .dense(3)
         .done();
     precise.name = "gru-precise".into();
-    cases.push(case(
+    let precise = case(
         precise,
         Options {
             accuracy: Accuracy::Precise,
             ..Options::default()
         },
-    ));
+    );
     let mut rough = Builder::new("rough", &[15])
         .recurrent(gru(true), 5, false, true)
         .dense(3)
         .done();
     rough.name = "gru-rough".into();
-    cases.push(case(
+    let rough = case(
         rough,
         Options {
             accuracy: Accuracy::Rough,
             ..Options::default()
         },
-    ));
-    cases.extend(int8());
-    cases
+    );
+    [precise, rough]
 }
 
 /// Networks with products, choices of values and normalisation.
@@ -445,7 +472,12 @@ fn products_and_choices() -> Vec<Network> {
         .dense(3);
     networks.push(builder.done());
 
-    // Slopes of negative parameters, and functions of positive numbers.
+    networks.push(signs());
+    networks
+}
+
+/// Slopes of negative parameters, and functions of positive numbers.
+fn signs() -> Network {
     let mut builder = Builder::new("signs", &[4]);
     let mut parts = Vec::new();
     for g in [
@@ -475,8 +507,7 @@ fn products_and_choices() -> Vec<Network> {
     }
     let all = builder.add(Op::Concatenate(0), &parts);
     builder.dense_of(all, 3);
-    networks.push(builder.done());
-    networks
+    builder.done()
 }
 
 /// Networks with bounds near and far, the larger and smaller of values, and logarithms of softmax

@@ -59,6 +59,27 @@ fn wrong(message: &str) -> NetworkError {
     NetworkError::malformed("model configuration", message)
 }
 
+/// Returns true for a list of layers, false for a graph.
+///
+/// # Errors
+/// A model that is neither.
+fn is_sequential(class: &str) -> Result<bool, NetworkError> {
+    match class {
+        "Sequential" => Ok(true),
+        "Functional" | "Model" => Ok(false),
+        other => Err(NetworkError::unsupported(
+            other,
+            "a model that is code of its own",
+            "build it as a Sequential or Functional model",
+        )),
+    }
+}
+
+fn name_of<'a>(class: &'a str, value: &'a Value) -> &'a str {
+    let stated = value["name"].as_str().or(value["config"]["name"].as_str());
+    stated.unwrap_or(class)
+}
+
 /// Returns true for an operation of Keras 3, which is no layer.
 fn is_operation(class: &str, value: &Value) -> bool {
     // Files of the older format do not say where a class is from; a layer can be trained.
@@ -83,17 +104,7 @@ impl<'a> Model<'a> {
         if list.len() > MAX_NODES {
             return Err(wrong(&format!("more than {MAX_NODES} layers")));
         }
-        let sequential = match class {
-            "Sequential" => true,
-            "Functional" | "Model" => false,
-            other => {
-                return Err(NetworkError::unsupported(
-                    other,
-                    "a model that is code of its own",
-                    "build it as a Sequential or Functional model",
-                ));
-            }
-        };
+        let sequential = is_sequential(class)?;
         let mut model = Self {
             input: String::new(),
             shape: Vec::new(),
@@ -105,11 +116,7 @@ impl<'a> Model<'a> {
         for value in list {
             let class = value["class_name"].as_str().unwrap_or("");
             let config = &value["config"];
-            let name = value["name"]
-                .as_str()
-                .or(config["name"].as_str())
-                .unwrap_or(class)
-                .to_owned();
+            let name = name_of(class, value).to_owned();
             expect_own(&name, class, value)?;
             expect_float(&name, &config["dtype"])?;
             if class == "InputLayer" {
