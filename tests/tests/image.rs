@@ -154,8 +154,8 @@ fn untrained(signals: &Signals) -> ModelSpec {
 fn wired_image(folder: &Path, text: &str, spec: &ModelSpec, board: Board) -> Vec<u8> {
     let file = folder.join("wiring.toml");
     std::fs::write(&file, text).expect("written");
-    let sources =
-        wired(Some(&file), spec, Some(board.folder()), false).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let sources = wired(Some(&file), spec, Some(board.folder()), false)
+        .unwrap_or_else(|e| panic!("{e}\n{text}"));
     let project = folder.join("project");
     write_wired(&project, spec, Optimise::Speed, &sources).unwrap_or_else(|e| panic!("{e}"));
     let built = build(&project, board, Some(&image::cache())).unwrap_or_else(|e| panic!("{e}"));

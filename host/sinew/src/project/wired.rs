@@ -18,8 +18,7 @@ const LARGEST: u64 = 1 << 20;
 
 /// Pins and scales of a controller's board from a wiring; none without one.
 ///
-/// Remarks of its check go to standard error unless `quiet`. Remarks go to
-/// standard error unless `quiet`.
+/// Remarks of its check go to standard error unless `quiet`.
 ///
 /// # Errors
 /// A bad wiring, one for another board than `named`, or one that does not fit the model.
