@@ -29,9 +29,9 @@ fn main() {
     let rig = Rig::parse(&std::fs::read_to_string("target/demo/rig.toml").unwrap(), "rig.toml").unwrap();
     let plant = Plant::new(&rig).unwrap();
     let rec = Recording::read("target/demo/loop.csv").unwrap();
-    let y: Vec<Vec<f64>> = rec.column("mpc_q_m").unwrap().values.iter().map(|v| vec![*v]).collect();
-    let u: Vec<Vec<f64>> = rec.column("mpc_u_N").unwrap().values.iter().map(|v| vec![*v]).collect();
-    let r: Vec<Vec<f64>> = rec.column("ref_q_m").unwrap().values.iter().map(|v| vec![*v]).collect();
+    let y: Vec<Vec<f64>> = rec.column("mpc_q_m").unwrap().iter().map(|v| vec![*v]).collect();
+    let u: Vec<Vec<f64>> = rec.column("mpc_u_N").unwrap().iter().map(|v| vec![*v]).collect();
+    let r: Vec<Vec<f64>> = rec.column("ref_q_m").unwrap().iter().map(|v| vec![*v]).collect();
     let limits = Limits { lower: vec![-20.0], upper: vec![20.0], rate: vec![400.0 / 120.0], safe: vec![0.0] };
     let noise = [arg(6, 3.4e-4)];
     let period_s = 1.0 / 120.0;
