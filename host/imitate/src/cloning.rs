@@ -29,7 +29,9 @@ pub fn clone(
         let raw = policy.raw(&memory, |j| &reference[(k + j).min(last)]);
         let before = &memory.u[0];
         let each = u.iter().zip(before).zip(&policy.step);
-        let wanted: Vec<f64> = each.map(|((u, before), step)| (u - before) / step).collect();
+        let wanted: Vec<f64> = each
+            .map(|((u, before), step)| (u - before) / step)
+            .collect();
         rows.push((policy.z(&raw), wanted));
         memory.apply(u);
     }
@@ -45,7 +47,9 @@ pub fn clone(
                 policy.network.forward(z, &mut kept, &mut out);
                 let by: Vec<f64> = out.iter().zip(wanted).map(|(a, b)| a - b).collect();
                 let mut by_z = vec![0.0; z.len()];
-                policy.network.backward(&kept, &by, &mut gradient, &mut by_z);
+                policy
+                    .network
+                    .backward(&kept, &by, &mut gradient, &mut by_z);
             }
             adam.step(&mut policy.network.weights, &gradient, rate);
         }

@@ -47,7 +47,10 @@ type Result<T> = std::result::Result<T, SimulationError>;
 ///
 /// # Errors
 /// The plant diverges from the start on.
-#[allow(clippy::too_many_arguments, reason = "one motion, one plant, said once")]
+#[allow(
+    clippy::too_many_arguments,
+    reason = "one motion, one plant, said once"
+)]
 pub fn inverse(
     plant: &Plant,
     values: &[f64],
@@ -97,7 +100,9 @@ impl Problem<'_> {
                     break;
                 }
             }
-            let Some((found, lower)) = improved else { break };
+            let Some((found, lower)) = improved else {
+                break;
+            };
             let settled = cost - lower < SETTLED * cost;
             (best, cost) = (found, lower);
             if settled {

@@ -22,4 +22,3 @@ pub use policy::{Memory, Policy};
 pub use rollout::{Conditions, Course};
 pub use train::{Options, Progress, Task, Trained, rms, train};
 pub use view::View;
-

@@ -1,6 +1,6 @@
 //! One control period of a plant with its derivatives (docs/explanation/imitation.md, eq. 5).
 
-use sinew_sim::{Dual, Plant, Scalar, SimulationError, Simulated, Stepper};
+use sinew_sim::{Dual, Plant, Scalar, Simulated, SimulationError, Stepper};
 
 /// End of a period: next state and outputs, and the derivatives of both, a row each, by the state
 /// and the inputs before.
@@ -27,7 +27,8 @@ fn begin<const N: usize>(plant: &Plant, values: &[f64], x: &[f64]) -> Result<Ste
 where
     Dual<N>: Simulated,
 {
-    let constants = |all: &[f64]| -> Vec<Dual<N>> { all.iter().map(|v| Dual::constant(*v)).collect() };
+    let constants =
+        |all: &[f64]| -> Vec<Dual<N>> { all.iter().map(|v| Dual::constant(*v)).collect() };
     Stepper::new(plant, &constants(values), &constants(x))
 }
 
@@ -51,7 +52,10 @@ where
     let width = x.len() + u.len();
     let rows = next.iter().chain(&y);
     Ok(Period {
-        slopes: rows.flat_map(|row| &row.derivative[..width]).copied().collect(),
+        slopes: rows
+            .flat_map(|row| &row.derivative[..width])
+            .copied()
+            .collect(),
         x: next.iter().map(|x| x.value).collect(),
         y: y.iter().map(|y| y.value).collect(),
     })

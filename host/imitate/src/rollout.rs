@@ -88,7 +88,9 @@ impl Conditions<'_> {
 
     fn measure(&self, y: &[f64], memory: &mut Memory, random: &mut ChaCha8Rng) {
         let noisy = y.iter().zip(self.noise);
-        let noisy: Vec<f64> = noisy.map(|(y, noise)| y + noise * gaussian(random)).collect();
+        let noisy: Vec<f64> = noisy
+            .map(|(y, noise)| y + noise * gaussian(random))
+            .collect();
         memory.measure(&noisy);
     }
 
@@ -118,8 +120,7 @@ impl Conditions<'_> {
             tape.course.y.push(y);
             let step = policy.step(&policy.raw(&memory, |j| self.row(k + j)));
             memory.apply(&step.u);
-            let period =
-                plant.advance(&x, &self.loaded(&step.u), self.period_s, self.outputs)?;
+            let period = plant.advance(&x, &self.loaded(&step.u), self.period_s, self.outputs)?;
             (x, y) = (period.x, period.y);
             tape.slopes.push(period.slopes);
             tape.course.u.push(step.u.clone());

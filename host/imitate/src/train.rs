@@ -160,12 +160,16 @@ impl Task<'_> {
         let by_y: Vec<Vec<f64>> = (tape.course.y.iter().zip(wanted))
             .map(|(y, wanted)| {
                 let each = y.iter().zip(wanted);
-                each.map(|(y, wanted)| (y - wanted) / (count * error)).collect()
+                each.map(|(y, wanted)| (y - wanted) / (count * error))
+                    .collect()
             })
             .collect();
         let mut gradient = vec![0.0; policy.network.weights.len()];
         tape.backward(policy, &by_y, &mut gradient);
-        gradient.iter().all(|g| g.is_finite()).then_some((error, gradient))
+        gradient
+            .iter()
+            .all(|g| g.is_finite())
+            .then_some((error, gradient))
     }
 }
 
@@ -213,7 +217,11 @@ pub fn train(
             }
         }
         let left = 1.0 - step as f64 / options.steps as f64;
-        adam.step(&mut policy.network.weights, &gradient, options.rate * left.max(0.02));
+        adam.step(
+            &mut policy.network.weights,
+            &gradient,
+            options.rate * left.max(0.02),
+        );
         if (step + 1) % options.look != 0 {
             continue;
         }

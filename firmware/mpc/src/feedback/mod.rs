@@ -1,8 +1,9 @@
 //! Controllers without a model: one law a channel, output i to command i, and around it what they
 //! share: limits by the same code as everything else, anti-windup, missing samples, a start without
-//! a bump.
+//! a bump. A [`policy`] is a network in their place.
 
 pub mod pid;
+pub mod policy;
 pub mod rise;
 
 use crate::limits::{Limiter, Limits};
