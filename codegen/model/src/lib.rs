@@ -10,6 +10,7 @@
 //! | [`value`] | the cost-to-go at the end of the horizon |
 //! | [`work`] | instructions of an optimisation's parts, estimated |
 //! | [`emit`] | the printed crate |
+//! | [`policy`] | a policy: a network that moves commands, on disk and as crates |
 //! | [`regenerate`] | committed models, printed again and compared |
 //! | [`mod@reference`] | the importer of the reference problem |
 //! | [`import`] | a network in any file or folder that this project reads |
@@ -20,6 +21,7 @@ pub mod evaluate;
 mod fingerprint;
 pub mod from_network;
 pub mod import;
+pub mod policy;
 pub mod reference;
 pub mod regenerate;
 pub mod spec;
