@@ -22,3 +22,6 @@ pub use policy::{Memory, Policy};
 pub use rollout::{Conditions, Course};
 pub use train::{Options, Progress, Task, Trained, rms, train};
 pub use view::View;
+
+#[cfg(test)]
+mod tests;

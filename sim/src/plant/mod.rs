@@ -344,6 +344,12 @@ impl Plant {
         2 * self.topology.names.len() + self.topology.internal.len()
     }
 
+    /// True where commands of earlier periods act on, beside what the state says: a delay, a lag or
+    /// play between a command and its effect.
+    pub fn remembers_inputs(&self) -> bool {
+        self.topology.shaped || self.topology.has_memory()
+    }
+
     /// Products in one look at the forces, about: what a sub-step of the integrator costs.
     pub fn terms(&self) -> usize {
         let topology = &self.topology;

@@ -47,6 +47,13 @@ const RULES: &[(&str, &[Forbidden])] = &[
         ],
     ),
     (
+        "sinew-imitate",
+        &[
+            Forbidden::These(&["burn", "clap", "nix"]),
+            Forbidden::OursBut(&["sinew-convert", "sinew-files", "sinew-ident", "sinew-sim"]),
+        ],
+    ),
+    (
         "sinew-plan",
         &[
             Forbidden::These(&["burn", "clap", "nix"]),

@@ -18,11 +18,7 @@ const CALLS: usize = 40;
 ///
 /// # Errors
 /// [`PolicyError::Network`] of a network that is not valid.
-pub fn emit(
-    spec: &PolicySpec,
-    options: &Options,
-    mpc: &str,
-) -> Result<Vec<File>, PolicyError> {
+pub fn emit(spec: &PolicySpec, options: &Options, mpc: &str) -> Result<Vec<File>, PolicyError> {
     let mut files = emit_network(&spec.network, options)?;
     for file in &mut files {
         file.path = format!("network/{}", file.path);
@@ -94,7 +90,10 @@ fn signals(spec: &PolicySpec) -> String {
 }
 
 fn readme(spec: &PolicySpec) -> String {
-    let lines: String = signals(spec).lines().map(|line| format!("- {line}\n")).collect();
+    let lines: String = signals(spec)
+        .lines()
+        .map(|line| format!("- {line}\n"))
+        .collect();
     format!(
         "# {}
 
@@ -136,9 +135,8 @@ fn main() {{
 
 fn library(spec: &PolicySpec) -> String {
     let (ny, nu) = (spec.outputs.len(), spec.inputs.len());
-    let limit = |of: fn(&Input) -> f32| {
-        literal::list(spec.inputs.iter().map(|input| bound(of(input))))
-    };
+    let limit =
+        |of: fn(&Input) -> f32| literal::list(spec.inputs.iter().map(|input| bound(of(input))));
     let lines: String = signals(spec)
         .lines()
         .map(|line| format!("//! - {line}\n"))

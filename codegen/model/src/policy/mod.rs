@@ -50,7 +50,10 @@ fn unlimited() -> f32 {
     f32::INFINITY
 }
 
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it with a reference")]
+#[allow(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde calls it with a reference"
+)]
 fn is_unlimited(rate: &f32) -> bool {
     *rate == f32::INFINITY
 }
@@ -110,10 +113,15 @@ impl PolicySpec {
             ));
         }
         if self.network.state() > 0 {
-            return Err("a policy's network remembers nothing: its past is among its inputs".into());
+            return Err(
+                "a policy's network remembers nothing: its past is among its inputs".into(),
+            );
         }
         if !(self.period_s.is_finite() && self.period_s > 0.0) {
-            return Err(format!("the period is {} s: more than 0 expected", self.period_s));
+            return Err(format!(
+                "the period is {} s: more than 0 expected",
+                self.period_s
+            ));
         }
         for input in &self.inputs {
             let finite = input.lower.is_finite() && input.upper.is_finite();

@@ -15,6 +15,7 @@ use crate::closed_loop::baseline::{BaselineController, Tuning};
 use crate::closed_loop::benchmark::{Benchmark, tuned_on};
 use crate::closed_loop::controller_result::ControllerResult;
 use crate::closed_loop::model_loop::ModelLoop;
+use crate::closed_loop::policy::{self, PolicyController};
 use crate::closed_loop::scenario::Scenario;
 use crate::closed_loop::setup::BUDGET;
 use crate::project::Board;
@@ -36,6 +37,9 @@ pub struct Arguments {
     /// Several are compared, each called by the name of its folder.
     #[arg(required = true)]
     models: Vec<PathBuf>,
+    /// Folder of a policy that `sinew imitate` made, compared as well; may be repeated.
+    #[arg(long, value_name = "DIR")]
+    policy: Vec<PathBuf>,
     /// The rig file of the plant in the loop, taken as written.
     ///
     /// Without it, RIG with every free parameter moved.
@@ -100,6 +104,9 @@ pub struct Arguments {
     /// File for a plot of the tracking error over the first loop.
     #[arg(long, value_name = "SVG")]
     plot: Option<PathBuf>,
+    /// File for the first loop of the first model as it was measured: a recording.
+    #[arg(long, value_name = "CSV")]
+    recording: Option<PathBuf>,
 }
 
 /// Returns the exit status.
@@ -109,6 +116,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<u8> {
     let of_loop = &arguments.of_loop;
     let names = names(&arguments.models)?;
+    let policies = policies(&arguments.policy, &names)?;
     let recordings = &of_loop.recordings;
     let recordings = recordings.fit.iter().chain(&recordings.test);
     arguments.conditions.refuse()?;
@@ -135,6 +143,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
             ("--json", arguments.json.as_deref()),
             ("--report", arguments.report.as_deref()),
             ("--plot", arguments.plot.as_deref()),
+            ("--recording", arguments.recording.as_deref()),
         ],
     )?;
     let mut ready = of_loop.load(arguments.plant.as_deref())?;
@@ -160,6 +169,10 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         .iter()
         .map(|model| ready.model(model))
         .collect::<Result<Vec<_>>>()?;
+    let policies = policies
+        .into_iter()
+        .map(|(name, folder)| Ok((name, policy::read(folder, &ready.plant, &ready.task)?)))
+        .collect::<Result<Vec<_>>>()?;
     let bench = ready.bench();
     let scenarios = match ready.drawn.as_slice() {
         [] => bench.scenarios(&ready.values, arguments.loops)?,
@@ -183,6 +196,15 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
             ..judged
         });
     }
+    for (name, spec) in &policies {
+        let runs = scenarios.par_iter();
+        let runs = runs.map(|scenario| scenario.run(&mut PolicyController::new(spec)));
+        let runs = runs.collect::<Result<Vec<_>>>()?;
+        controllers.push(ControllerResult {
+            parameters: Some(spec.network.parameters()),
+            ..ControllerResult::new(name, runs, &ready.task)?
+        });
+    }
     let mut gains = Map::new();
     let budget = arguments.evaluations.map_or(BUDGET, Budget::Apart);
     let mut others = Others {
@@ -201,6 +223,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
             arguments.json.as_deref(),
             arguments.report.as_deref(),
             arguments.plot.as_deref(),
+            arguments.recording.as_deref(),
         ],
         of_loop.common.quiet,
     );
@@ -246,6 +269,13 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     }
     if let Some(path) = &arguments.plot {
         sinew_files::write(path, sheet(&benchmark.errors()))?;
+        said.wrote(path);
+    }
+    if let Some(path) = &arguments.recording {
+        let first = &benchmark.controllers[0].first;
+        first
+            .recording(&ready.plant, &ready.task.outputs, path)?
+            .write(path)?;
         said.wrote(path);
     }
     said.next(next(&arguments.models).unwrap_or("sinew emit MODEL --out firmware".into()));
@@ -359,6 +389,28 @@ pub(super) fn by_name<L: BaselineController>(tuning: &[Tuning<L::Gains>]) -> Val
         Value::from(named)
     });
     channels.collect()
+}
+
+/// Names of the policies in tables: `policy`, or with several of them their folders' names.
+fn policies<'a>(folders: &'a [PathBuf], models: &[String]) -> Result<Vec<(String, &'a Path)>> {
+    if let [folder] = folders {
+        return Ok(vec![("policy".into(), folder)]);
+    }
+    let mut all: Vec<(String, &Path)> = Vec::new();
+    for folder in folders {
+        let name = folder.file_name();
+        let name = name.map_or(String::new(), |name| name.to_string_lossy().into_owned());
+        let taken = models.contains(&name) || all.iter().any(|(other, _)| *other == name);
+        if name.is_empty() || taken {
+            let message = format!(
+                "{}: several policies need folders with names of their own",
+                folder.display()
+            );
+            return Err(Error::arguments(message).help("they name rows of the table"));
+        }
+        all.push((name, folder));
+    }
+    Ok(all)
 }
 
 /// Names of the models in tables: `MPC`, or with several of them their folders' names.

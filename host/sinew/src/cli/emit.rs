@@ -4,12 +4,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Value, json};
+use sinew_model::policy::load;
 use sinew_model::spec::ModelSpec;
 use sinew_model::{import, store};
 use sinew_nn::emit::{Accuracy, Options, Weights};
 use sinew_nn::store::NETWORK_FILE;
 use sinew_nn::{Network, commands, quantise};
 
+use super::imitate::is_policy;
 use super::import::rounding;
 use super::{result, speed_alone};
 use crate::project::{self, Optimise, c_library};
@@ -24,9 +26,10 @@ const CONTROLLER: &str = "controller";
 /// Arguments of `sinew emit`.
 #[derive(Args)]
 pub struct Arguments {
-    /// A model of `sinew train`, or a network that `sinew import` reads.
+    /// A model of `sinew train`, a policy of `sinew imitate`, or a network that `sinew import` reads.
     ///
-    /// A model is a folder with model.toml and weights.safetensors.
+    /// A model is a folder with model.toml and weights.safetensors; a policy is one with
+    /// policy.toml.
     model: PathBuf,
     /// Folder of the sources.
     #[arg(long, value_name = "DIR")]
@@ -79,6 +82,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ));
     }
     let size = format!("sinew size {}", arguments.model.display());
+    if is_policy(&arguments.model) {
+        speed_alone(arguments.optimise)?;
+        let network = policy(arguments, said)?;
+        said.next(size);
+        return result::write(json, || document(arguments, Some(&network), None));
+    }
     if is_network {
         speed_alone(arguments.optimise)?;
         let network = network(arguments, said)?;
@@ -156,6 +165,27 @@ fn document(
             "outputs": spec.outputs.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(),
         })),
     })
+}
+
+/// Prints a policy as crates: its network, and what is around it.
+fn policy(arguments: &Arguments, said: Said) -> Result<Network> {
+    if arguments.c_abi {
+        return Err(Error::arguments("--c-abi is for a network or a controller")
+            .expected("a policy is printed as Rust"));
+    }
+    let options = Options {
+        accuracy: arguments.tanh_tolerance,
+        weights: arguments.weights,
+        c_abi: false,
+    };
+    let spec = load(&arguments.model).map_err(Error::refused)?;
+    let kept = project::policy::write(&arguments.out, &spec, &options)?;
+    kept_lines(said, &kept);
+    said.line(format!(
+        "{}: the policy as a crate; `cargo test` compares it with double precision",
+        arguments.out.join("policy").display()
+    ));
+    Ok(spec.network)
 }
 
 /// Prints a network as a crate.

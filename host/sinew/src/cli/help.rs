@@ -19,7 +19,7 @@ const GROUPS: &[(&str, &[&str])] = &[
     (
         "Control",
         &[
-            "build", "plan", "tune", "prefer", "compare", "faults", "pil",
+            "build", "plan", "imitate", "tune", "prefer", "compare", "faults", "pil",
         ],
     ),
     (

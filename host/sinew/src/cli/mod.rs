@@ -12,6 +12,7 @@ mod explain;
 mod faults;
 mod flash;
 mod help;
+mod imitate;
 mod import;
 mod monitor;
 mod new;
@@ -78,6 +79,8 @@ enum Verb {
     Excite(excite::Arguments),
     /// Plan commands that reach goals, through friction, slack and stops.
     Plan(plan::Arguments),
+    /// Make a small policy of one demonstrated motion, and the commands of that motion.
+    Imitate(imitate::Arguments),
     /// Fit the parameters of a rig to recordings.
     Fit(fit::Arguments),
     /// Learn the law of a spring or a damper for this rig and others.
@@ -346,6 +349,7 @@ fn run(verb: Verb) -> Result<u8> {
         Verb::Calibrate(arguments) => calibrate::run(&arguments),
         Verb::Excite(arguments) => excite::run(&arguments, control_rate_hz(&arguments.rig)?),
         Verb::Plan(arguments) => plan::run(&arguments),
+        Verb::Imitate(arguments) => imitate::run(&arguments),
         Verb::Fit(arguments) => {
             rig_file::check(&arguments.rig)?;
             return fit::run(&arguments);

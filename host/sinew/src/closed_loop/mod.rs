@@ -12,6 +12,7 @@ pub mod mpc;
 pub mod perturbed_plant;
 pub mod pid;
 pub mod plant_program;
+pub mod policy;
 pub mod reference;
 pub mod rise;
 pub mod scenario;

@@ -1,5 +1,7 @@
 //! A controller against a plant: measure, command, advance one period, and so on.
 
+use std::path::Path;
+
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_sim::{Plant, Stepper};
@@ -9,6 +11,7 @@ use crate::closed_loop::plant_program::{PlantProgram, Running};
 use crate::closed_loop::reference::Reference;
 use sinew_ident::error::Result;
 use sinew_ident::noise::gaussian;
+use sinew_ident::recording::{Column, Recording};
 
 /// Anything that turns measurements into commands once a period.
 pub trait Controller {
@@ -236,6 +239,24 @@ impl Run {
             measured: kept(&self.measured, &within),
             u: kept(&self.u, &within),
         }
+    }
+
+    /// Commands and measured outputs as a recording, in the columns' own units.
+    ///
+    /// # Errors
+    /// As [`Recording::new`].
+    pub fn recording(&self, plant: &Plant, outputs: &[usize], path: &Path) -> Result<Recording> {
+        let column = |name: &str, rows: &[Vec<f64>], i: usize, factor: f64| Column {
+            name: name.into(),
+            values: rows.iter().map(|row| row[i] / factor).collect(),
+        };
+        let inputs = plant.inputs().iter().enumerate();
+        let inputs = inputs.map(|(i, it)| column(&it.column, &self.u, i, it.column_factor));
+        let sensors = outputs.iter().map(|sensor| &plant.sensors()[*sensor]);
+        let sensors = sensors.enumerate();
+        let sensors =
+            sensors.map(|(i, it)| column(&it.column, &self.measured, i, it.column_factor));
+        Recording::new(path, self.t.clone(), inputs.chain(sensors).collect())
     }
 
     /// Length of the error vector over the run.

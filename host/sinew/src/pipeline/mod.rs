@@ -2,6 +2,7 @@
 
 pub mod build;
 pub mod footprint;
+pub mod imitation;
 pub mod import;
 pub mod kept_model;
 mod kept_pid;

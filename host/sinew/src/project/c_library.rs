@@ -14,7 +14,7 @@ use sinew_model::fingerprint;
 use sinew_model::spec::{ModelSpec, Role};
 
 use super::written::{self, Kept, SourceFile};
-use super::{Machine, Optimise, manifest_around, model, run_cargo, sources, workspace};
+use super::{FIRMWARE, Machine, Optimise, manifest_around, model, run_cargo, sources, workspace};
 use sinew_ident::error::Result;
 
 /// Folder of the embedded files.
@@ -53,7 +53,8 @@ pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<Vec<
             }
             Some(own) => add(own, contents.to_vec()),
             None if *path == "Cargo.toml" => {
-                add("rust/Cargo.toml", workspace(contents, "c")?.into_bytes());
+                let text = workspace(contents, FIRMWARE, &["c", "model"])?;
+                add("rust/Cargo.toml", text.into_bytes());
             }
             None if path.starts_with("firmware/") => {
                 add(&format!("rust/{path}"), contents.to_vec())

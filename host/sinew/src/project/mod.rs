@@ -14,6 +14,7 @@ mod board;
 mod build;
 pub mod c_library;
 pub mod image;
+pub mod policy;
 mod sources;
 mod toolchain;
 pub mod wired;
@@ -108,7 +109,9 @@ pub fn write_wired(
         let own = wired.iter().find(|file| file.path == *path);
         let contents = own.map_or(*contents, |file| file.text.as_bytes());
         let contents: Cow<'static, [u8]> = match *path {
-            "Cargo.toml" => workspace(contents, "boards")?.into_bytes().into(),
+            "Cargo.toml" => workspace(contents, FIRMWARE, &["boards", "model"])?
+                .into_bytes()
+                .into(),
             path if path.starts_with("boards/") && path.ends_with("Cargo.toml") => {
                 board_manifest(contents, spec, optimise)?
                     .into_bytes()
@@ -172,16 +175,17 @@ pub fn kept(files: &[Kept]) -> String {
     files.iter().map(line).collect()
 }
 
-/// The workspace settings that `firmware/*` inherit, without the members that are not there. What
-/// uses them, in the folder `users`, is a workspace of its own.
-fn workspace(contents: &[u8], users: &str) -> Result<String> {
+/// Members of the firmware's workspace.
+const FIRMWARE: &[&str] = &["firmware/mpc", "firmware/device"];
+
+/// The workspace settings that `firmware/*` inherit, with those `members` that are there. What uses
+/// them, in the folders `apart`, are workspaces of their own.
+fn workspace(contents: &[u8], members: &[&str], apart: &[&str]) -> Result<String> {
     let mut document = parse("Cargo.toml", contents)?;
     if let Some(workspace) = document["workspace"].as_table_mut() {
-        let members = ["firmware/mpc", "firmware/device"]
-            .into_iter()
-            .collect::<toml_edit::Array>();
+        let members = members.iter().copied().collect::<toml_edit::Array>();
         workspace.insert("members", value(members));
-        let apart = [users, "model"].into_iter().collect::<toml_edit::Array>();
+        let apart = apart.iter().copied().collect::<toml_edit::Array>();
         workspace.insert("exclude", value(apart));
     }
     document.remove("profile");

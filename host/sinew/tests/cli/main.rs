@@ -13,6 +13,7 @@ mod fit_static;
 mod fleet;
 mod how_to;
 mod identify;
+mod imitate;
 mod import;
 mod interrupt;
 mod learn;

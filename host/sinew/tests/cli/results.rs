@@ -602,6 +602,7 @@ fn every_verb_with_json_has_a_schema_that_its_output_is_held_to() {
         include_str!("adopt.rs"),
         include_str!("commission.rs"),
         include_str!("share.rs"),
+        include_str!("imitate.rs"),
     ]
     .concat();
     let (mut verb, mut seen) = ("", 0);
