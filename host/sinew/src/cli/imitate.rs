@@ -46,7 +46,7 @@ pub struct Arguments {
     #[arg(long, value_name = "TOML", conflicts_with = "spread")]
     fleet: Option<PathBuf>,
     /// Largest load on a command while it learns, as a part of half the command's range.
-    #[arg(long, value_name = "FRACTION", default_value_t = 0.2)]
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.0)]
     load: f64,
     /// Steps of the optimiser at most.
     #[arg(long, value_name = "N", default_value_t = Options::default().steps, value_parser = RangedU64ValueParser::<usize>::new().range(20..=100_000))]
