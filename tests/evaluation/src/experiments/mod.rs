@@ -5,6 +5,7 @@ mod alike;
 mod bench;
 mod bound;
 mod fleet;
+mod imitate;
 mod prefer;
 mod problem;
 mod problems;
@@ -97,6 +98,11 @@ const EXPERIMENTS: &[Experiment] = &[
         name: share::NAME,
         question: "what a private release of a fleet is worth over budgets and sizes, and what an attacker learns from it",
         run: |seed, only| share::run(whole(seed, only)?),
+    },
+    Experiment {
+        name: imitate::NAME,
+        question: "how near a policy of 533 weights comes to the controller that demonstrated one motion, positions alone",
+        run: |seed, only| imitate::run(whole(seed, only)?),
     },
     Experiment {
         name: alike::NAME,

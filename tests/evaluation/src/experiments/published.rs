@@ -124,7 +124,7 @@ pub(super) struct Run<'a> {
 
 impl<'p> Run<'p> {
     /// The chosen controllers, with rigs, paths and recordings.
-    fn prepared(problem: &'p Problem, seed: u64, only: &[String]) -> Result<Self> {
+    pub(super) fn prepared(problem: &'p Problem, seed: u64, only: &[String]) -> Result<Self> {
         let variants = chosen(problem, only)?;
         let run = Run {
             bench: Bench::new(problem.name, seed)?,
@@ -233,7 +233,7 @@ impl<'p> Run<'p> {
     }
 
     /// A network, and the weights of its controller.
-    fn controller(&self, variant: &Variant) -> Result<()> {
+    pub(super) fn controller(&self, variant: &Variant) -> Result<()> {
         let (rig, model) = self.trained(variant)?;
         let mut tune = self.tuning(&rig, &model);
         tune.args(["--disturbance", self.problem.disturbance]);
@@ -288,7 +288,7 @@ impl<'p> Run<'p> {
         tune
     }
 
-    fn model(&self, variant: &Variant) -> PathBuf {
+    pub(super) fn model(&self, variant: &Variant) -> PathBuf {
         self.bench.path("models").join(variant.model())
     }
 
