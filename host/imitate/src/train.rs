@@ -54,7 +54,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            steps: 1500,
+            steps: 3000,
             batch: 8,
             first: 16,
             rate: 3e-3,

@@ -69,6 +69,10 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         &["sinew plan rig.toml --goal 'encoder = 0.05 at 0.6 s' --out plan.csv"],
     ),
     (
+        "imitate",
+        &["sinew imitate rig.toml --demo demo.csv --out policy"],
+    ),
+    (
         "fit",
         &["sinew fit rig.toml --fit A.csv --test B.csv --out fitted.toml"],
     ),
