@@ -83,12 +83,7 @@ fn recorded_commands_are_cloned_beside_the_policy() {
 fn what_cannot_be_taught_is_refused_before_anything_is_written() {
     let desk = desk();
     let rig = desk.read("mass-spring-damper.toml");
-    let delay = "
-[[effect]]
-kind = \"input_delay\"
-component = \"push\"
-delay = 0.01
-";
+    let delay = "\n[[effect]]\nkind = \"input_delay\"\ncomponent = \"push\"\ndelay = 0.01\n";
     desk.write("slow.toml", &format!("{rig}{delay}"));
     let refused = desk.refusal("imitate slow.toml --demo demo.csv --out policy --quiet");
     assert!(refused.contains("remembers earlier commands"), "{refused}");
