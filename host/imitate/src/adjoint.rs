@@ -5,8 +5,8 @@ use crate::policy::Policy;
 use crate::rollout::Tape;
 
 impl Tape {
-    /// Adds the gradient by the weights to `gradient`, for the gradient `by_y` of the outputs: a row
-    /// a sample, as the course has them.
+    /// Adds the gradient by the weights to `gradient`, for the gradient `by_y` of the outputs: a
+    /// row a sample, as the course has them.
     pub(crate) fn backward(&self, policy: &Policy, by_y: &[Vec<f64>], gradient: &mut [f64]) {
         let view = &policy.view;
         let (states, inputs, outputs) = (self.states, view.inputs, view.outputs);

@@ -7,8 +7,8 @@ use sinew_sim::{Plant, SimulationError, Stepper};
 use crate::limits::Limits;
 use crate::period::Linearised;
 
-/// Commands for a motion, and the motion that they make: a row a period. States and outputs have one
-/// row more, where the last command leads.
+/// Commands for a motion, and the motion that they make: a row a period. States and outputs have
+/// one row more, where the last command leads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inverse {
     /// Commands.

@@ -43,8 +43,8 @@ impl Network {
         self.weights.len() - self.sizes[0] * self.sizes[self.sizes.len() - 1]
     }
 
-    /// Outputs for features `z`. `kept` gets the features and the values of each hidden layer, which
-    /// [`Network::backward`] needs.
+    /// Outputs for features `z`. `kept` gets the features and the values of each hidden layer,
+    /// which [`Network::backward`] needs.
     pub(crate) fn forward(&self, z: &[f64], kept: &mut Vec<f64>, out: &mut [f64]) {
         kept.clear();
         kept.extend_from_slice(z);
@@ -71,8 +71,8 @@ impl Network {
         }
     }
 
-    /// Adds the gradient by the weights to `gradient` and the one by the features to `by_z`, for the
-    /// gradient `by_out` of the outputs of the [`Network::forward`] that filled `kept`.
+    /// Adds the gradient by the weights to `gradient` and the one by the features to `by_z`, for
+    /// the gradient `by_out` of the outputs of the [`Network::forward`] that filled `kept`.
     pub(crate) fn backward(
         &self,
         kept: &[f64],

@@ -47,7 +47,7 @@ impl View {
     }
 }
 
-/// A feature: a difference of two raw numbers, or one from an offset, in units of its scale (eq. 2).
+/// A feature: a difference of two raw numbers, or one from an offset, in its scale (eq. 2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Feature {
     pub plus: usize,

@@ -230,8 +230,8 @@ fn bound(value: f32) -> String {
     }
 }
 
-/// `tests/golden.rs`. Commands feed back into what is seen next, so rounding adds up over the calls:
-/// the tolerance is a ten-thousandth of a command's range.
+/// `tests/golden.rs`. Commands feed back into what is seen next, so rounding adds up over the
+/// calls: the tolerance is a ten-thousandth of a command's range.
 fn test(spec: &PolicySpec) -> String {
     let mut runner = Runner::new(spec);
     let mut rows = String::new();

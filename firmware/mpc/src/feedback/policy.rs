@@ -1,6 +1,6 @@
 //! A policy: a network says by how much each command moves, from what was measured, what was
-//! commanded and what is asked ahead (docs/explanation/imitation.md, eq. 1 and 4). The limits around
-//! it are those of every controller.
+//! commanded and what is asked ahead (docs/explanation/imitation.md, eq. 1 and 4). The limits
+//! around it are those of every controller.
 
 use crate::limits::{Limiter, Limits};
 
@@ -45,8 +45,8 @@ impl<const NY: usize, const NU: usize, const PY: usize, const PU: usize> Policy<
         self.limiter.applied()
     }
 
-    /// The commands for this sample, inside the limits whatever comes in. `network` gives the change
-    /// of each command for y(k) .. y(k-PY+1), u(k-1) .. u(k-PU), r(k+1) .. r(k+H), `N` numbers
+    /// The commands for this sample, inside the limits whatever comes in. `network` gives the
+    /// change of each command for y(k) .. y(k-PY+1), u(k-1) .. u(k-PU), r(k+1) .. r(k+H), `N` numbers
     /// together.
     ///
     /// A reading that is not finite counts as the one before; without one before, the way goes to

@@ -26,7 +26,7 @@ const CONTROLLER: &str = "controller";
 /// Arguments of `sinew emit`.
 #[derive(Args)]
 pub struct Arguments {
-    /// A model of `sinew train`, a policy of `sinew imitate`, or a network that `sinew import` reads.
+    /// A model of `sinew train`, a policy of `sinew imitate`, or a network.
     ///
     /// A model is a folder with model.toml and weights.safetensors; a policy is one with
     /// policy.toml.
