@@ -45,9 +45,10 @@ impl<const NY: usize, const NU: usize, const PY: usize, const PU: usize> Policy<
         self.limiter.applied()
     }
 
-    /// The commands for this sample, inside the limits whatever comes in. `network` gives the
-    /// change of each command for y(k) .. y(k-PY+1), u(k-1) .. u(k-PU), r(k+1) .. r(k+H), `N` numbers
-    /// together.
+    /// The commands for this sample, inside the limits whatever comes in.
+    ///
+    /// `network` gives the change of each command for y(k) .. y(k-PY+1), u(k-1) .. u(k-PU),
+    /// r(k+1) .. r(k+H), `N` numbers together.
     ///
     /// A reading that is not finite counts as the one before; without one before, the way goes to
     /// the safe command. A change that is not finite holds its command.
