@@ -180,7 +180,7 @@ fn policy(arguments: &Arguments, said: Said) -> Result<Network> {
     };
     let spec = load(&arguments.model).map_err(Error::refused)?;
     let kept = project::policy::write(&arguments.out, &spec, &options)?;
-    kept_lines(said, &kept);
+    eprint!("{}", project::kept(&kept));
     said.line(format!(
         "{}: the policy as a crate; `cargo test` compares it with double precision",
         arguments.out.join("policy").display()

@@ -57,7 +57,7 @@ pub struct Arguments {
     /// File for the errors as JSON (sinew-imitation/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// No progress and no remarks.
+    /// Print warnings and errors alone.
     #[arg(long)]
     quiet: bool,
 }
@@ -68,7 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     refuse_arguments(arguments)?;
     let rig = rig_file::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
-    let demonstration = read_recording(&arguments.demo)?;
+    let demonstration = read_recording(&arguments.demo, arguments.quiet)?;
     let own = std::slice::from_ref(&demonstration);
     let mut task = ControlProblem::new(&rig, &plant, own, &demonstration)?;
     task.follow(&demonstration, &plant)?;
@@ -174,7 +174,7 @@ fn middle(errors: &[f64]) -> (f64, f64) {
 }
 
 fn said(arguments: &Arguments, task: &ControlProblem, plant: &Plant, found: &Imitation) {
-    let said = Said::beside([arguments.json.as_deref()]).quiet(arguments.quiet);
+    let said = Said::beside([arguments.json.as_deref()], arguments.quiet);
     let units: Vec<&str> = task.units(plant).collect();
     let one = units.iter().all(|unit| *unit == units[0]);
     let length = |value: f64| quantity(value, if one { units[0] } else { "" });
