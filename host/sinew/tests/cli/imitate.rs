@@ -85,5 +85,5 @@ fn what_cannot_be_taught_is_refused_before_anything_is_written() {
     assert!(refused.contains("`--spread` must be"), "{refused}");
     let refused = desk.refusal(&format!("{IMITATE} --out policy --load -1"));
     assert!(refused.contains("--load"), "{refused}");
-    assert!(!desk.path("policy").exists());
+    assert!(!desk.path("policy/policy.toml").exists());
 }
