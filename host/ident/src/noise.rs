@@ -58,7 +58,7 @@ pub fn noise_level(t: &[f64], samples: &[f64]) -> f64 {
             // Over a gap in time no signal is smooth.
             let whole = times[order] - times[0] <= LONGEST * usual;
             if whole && values.iter().all(|value| value.is_finite()) {
-                sum += divided_difference(times, values).powi(2);
+                sum += scaled_difference(times, values).powi(2);
                 count += 1;
             }
         }
@@ -71,7 +71,7 @@ pub fn noise_level(t: &[f64], samples: &[f64]) -> f64 {
 
 /// Divided difference of all of some samples, its weights scaled to unit norm: white noise of any
 /// sampling leaves its own standard deviation.
-fn divided_difference(t: &[f64], values: &[f64]) -> f64 {
+pub(crate) fn scaled_difference(t: &[f64], values: &[f64]) -> f64 {
     // Times in units of their range keep the weights of order one.
     let range = t[t.len() - 1] - t[0];
     let (mut difference, mut square) = (0.0, 0.0);

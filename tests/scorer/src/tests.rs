@@ -10,7 +10,7 @@ fn truth(category: &str, effects: &str) -> Truth {
     };
     serde_json::from_str(&format!(
         r#"{{"category": "{category}", "rig": "r", "strength": {strength}, "noise": 0.01, "visible": [2.0],
-            "effects": [{effects}], "true_model_test_rms": {{"q_m": 2.0}}}}"#
+            "effects": [{effects}], "parameters": {{}}, "true_model_test_rms": {{"q_m": 2.0}}}}"#
     ))
     .expect("a truth")
 }

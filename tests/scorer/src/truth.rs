@@ -19,6 +19,8 @@ pub struct Truth {
     pub visible: Vec<f64>,
     /// Concealed effects.
     pub effects: Vec<Concealed>,
+    /// True values of the rig's free parameters, SI.
+    pub parameters: BTreeMap<String, f64>,
     /// Free-run error of the true model on the test recording: the noise as it was drawn.
     pub true_model_test_rms: BTreeMap<String, f64>,
 }

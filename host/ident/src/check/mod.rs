@@ -17,6 +17,7 @@ mod excitation;
 mod finding;
 mod flat;
 mod held;
+mod jitter;
 mod late;
 mod long_units;
 mod motion;
@@ -43,7 +44,7 @@ pub use finding::Check;
 use finding::rows;
 
 /// Kinds of faults, by their names in results and on the command line.
-pub const KINDS: [&str; 32] = [
+pub const KINDS: [&str; 33] = [
     "clipped",
     "coarse_sampling",
     "dead_channel",
@@ -55,6 +56,7 @@ pub const KINDS: [&str; 32] = [
     "input_leads",
     "input_not_held",
     "irregular_sampling",
+    "jittering_delay",
     "millimetres_for_metres",
     "no_excitation",
     "quantised",
@@ -182,6 +184,11 @@ fn alone(recording: &Recording, rig: Option<&Rig>) -> Vec<Check> {
                 sensor.then(|| flat::detect(recording, name, values(name), (driven, named)))?
             });
         found.extend(of_values);
+    }
+    // Beside a fault of the values or of the stamps, the scatter is that fault's.
+    if found.is_empty() {
+        let sensors = columns.sensors.iter();
+        found.extend(sensors.filter_map(|name| jitter::detect(recording, name, values(name))));
     }
     for (q, qd) in derivative::pairs(recording) {
         found.extend(derivative::detect(recording, (&q, &qd)));

@@ -382,6 +382,14 @@ constants! {
         gap: f64 = 0.2, "window", Free;
         /// Most intervals that are named.
         intervals: usize = 5, "1", Free;
+        /// A force acts where it is larger than this part of its largest values (eq. 17a).
+        acts: f64 = 0.2, "1", Free;
+        /// Its largest values are those of this quantile.
+        largest: f64 = 0.95, "1", Free;
+        /// Parts of its samples between whose ends a region may end (eq. 17b).
+        cuts: usize = 50, "1", Free;
+        /// Agreement by which a region of two ends has to be better than one of one end.
+        second_end: f64 = 0.02, "1", Free;
     }
     /// A force without a name.
     learned_force: LearnedForce {
@@ -447,6 +455,10 @@ mod tests {
                 "locate.missed",
                 "locate.gap",
                 "locate.intervals",
+                "locate.acts",
+                "locate.largest",
+                "locate.cuts",
+                "locate.second_end",
                 "learned_force.steps",
                 "learned_force.width",
                 "learned_force.rare",
@@ -459,7 +471,7 @@ mod tests {
                 "report.worth_a_word",
             ]
         );
-        assert_eq!(Config::ALL.len(), 127);
+        assert_eq!(Config::ALL.len(), 131);
         assert!(Config::ALL.iter().all(|one| !one.unit.is_empty()));
     }
 

@@ -4,6 +4,7 @@ use crate::diagnose::details::Details;
 use crate::diagnose::finding::{
     Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Interval, Location, Rival, SignalFit, Verdict,
 };
+use crate::diagnose::locate::regime::{Axis, Regime};
 
 const RIG: &str = r#"format = "sinew-rig/1"
 name = "axis"   # the one in the corner
@@ -82,6 +83,15 @@ pub(crate) fn carriage() -> Diagnosis {
                 recording: "A.csv".into(),
                 score: 9.1,
             }],
+            regime: Some(Regime {
+                component: "carriage".into(),
+                axis: Axis::Velocity,
+                unit: "m/s".into(),
+                below: Some(-1.2e-3),
+                above: Some(1.1e-3),
+                share: 0.94,
+                agreement: 0.99,
+            }),
         }),
         fit: [(
             "q_m".to_owned(),

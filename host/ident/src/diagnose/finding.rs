@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::diagnose::details::Finalist;
+use crate::diagnose::locate::regime::Regime;
 use crate::fit::OwnValue;
 
 /// The name of the format and its version.
@@ -168,6 +169,8 @@ pub struct Location {
     pub follows: String,
     /// Intervals where it is largest.
     pub intervals: Vec<Interval>,
+    /// Region of states in which the missing force acts; null where it is no force.
+    pub regime: Option<Regime>,
 }
 
 /// A stretch of a recording.

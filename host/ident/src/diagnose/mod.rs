@@ -63,6 +63,7 @@ pub use self::finding::{
     Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Interval, Location, Remainder, Rival,
     SignalFit, Verdict, WRONG_NUMBER,
 };
+pub use self::locate::regime::{Axis, ForceSample, Regime, acting, agreement, force_along};
 use self::search::search_in_parts;
 use self::split::Roles;
 pub use self::time_budget::Stop;

@@ -22,7 +22,7 @@ use crate::diagnose::imitated_numbers;
 use crate::diagnose::imitated_sensors;
 use crate::diagnose::imitated_starts;
 use crate::diagnose::locate::learned_force::learn;
-use crate::diagnose::locate::{Corrected, intervals, locate};
+use crate::diagnose::locate::{Corrected, intervals, locate, regime};
 use crate::diagnose::next_experiment::next_experiment;
 use crate::diagnose::one_way::{NOTE, one_way};
 use crate::diagnose::pool::Pool;
@@ -231,6 +231,13 @@ fn located(
         .map(ToOwned::to_owned)
         .or(located.as_ref().map(|located| located.component.clone()))
         .or(rig.bodies.first().map(|body| body.name.clone()));
+    let regime = match (shown, &located) {
+        (Some(corrected), Some(located)) => {
+            let at = &located.recovered.component;
+            regime::of_named(&refitted.rig, corrected.rig, at, corrected.recordings)?
+        }
+        (_, located) => located.as_ref().and_then(|l| l.regime.clone()),
+    };
     let location = Location {
         component: component.unwrap_or_default(),
         follows: located.as_ref().map_or_else(
@@ -238,6 +245,7 @@ fn located(
             |located| located.follows.clone(),
         ),
         intervals: intervals(&found.baseline.fit, case.fit),
+        regime,
     };
     Ok((location, located.map(|located| located.recovered)))
 }

@@ -8,6 +8,7 @@
 mod bouc_wen;
 mod compare;
 mod kept;
+mod regime;
 mod run;
 
 use std::fs;
@@ -50,6 +51,8 @@ struct Options {
     seed: u64,
     cases: usize,
     fresh: bool,
+    /// Where in the space of states the effects act, in the place of the table.
+    regimes: bool,
     publish: bool,
     score_only: bool,
 }
@@ -60,6 +63,7 @@ fn options(arguments: &[String]) -> Result<Options> {
         seed: SEED,
         cases: CASES,
         fresh: false,
+        regimes: false,
         publish: false,
         score_only: false,
     };
@@ -79,10 +83,11 @@ fn options(arguments: &[String]) -> Result<Options> {
             "--brief" => options.set = Set::Brief,
             "--committed" => options.set = Set::Committed,
             "--bouc-wen" => options.set = Set::BoucWen,
+            "--regimes" => options.regimes = true,
             "--compare" => options.set = Set::Compared(usize::try_from(number()?)?),
             other => bail!(
                 "unexpected argument '{other}'; there are --seed S, --cases N, --fresh, --score, --publish, \
-                 --committed, --brief, --bouc-wen and --compare N"
+                 --committed, --brief, --regimes, --bouc-wen and --compare N"
             ),
         }
     }
@@ -97,17 +102,20 @@ pub fn run(arguments: &[String]) -> Result<()> {
     match options.set {
         Set::BoucWen => bouc_wen::run(),
         Set::Compared(wanted) => compare::run(options.seed, wanted, options.score_only),
-        Set::Committed => committed(|_| true),
-        Set::Brief => committed(|number| BRIEF.contains(&number)),
+        Set::Committed => committed(&options, |_| true),
+        Set::Brief => committed(&options, |number| BRIEF.contains(&number)),
         Set::Drawn => drawn(&options),
     }
 }
 
 /// The committed cases that are wanted, asked anew.
-fn committed(wanted: impl Fn(usize) -> bool) -> Result<()> {
+fn committed(options: &Options, wanted: impl Fn(usize) -> bool) -> Result<()> {
     let folder = Folder::committed();
-    folder.forget_answers()?;
     let numbers: Vec<usize> = (0..COMMITTED).filter(|&number| wanted(number)).collect();
+    if options.regimes {
+        return regime::run(&folder, &numbers, options.score_only);
+    }
+    folder.forget_answers()?;
     run::ask(&folder, &numbers)?;
     let cases = score(&folder, COMMITTED)?;
     println!("{}", table::page(&cases));

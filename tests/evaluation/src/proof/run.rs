@@ -51,6 +51,11 @@ impl Folder {
         format!("case-{number:0digits$}", digits = self.digits)
     }
 
+    /// Folder of one case: its rig and its recordings.
+    pub fn case(&self, number: usize) -> PathBuf {
+        self.cases.join(self.name(number))
+    }
+
     /// Truth of one case.
     pub fn truth(&self, number: usize) -> PathBuf {
         self.truths.join(self.name(number) + ".json")

@@ -3,17 +3,19 @@
 
 mod latent_force;
 pub(crate) mod learned_force;
+pub mod regime;
 mod regressors;
 
 use crate::diagnose::config::CONFIG;
 use sinew_sim::effects::Quantity;
-use sinew_sim::rig::{Drives, Reads};
+use sinew_sim::rig::Reads;
 use sinew_sim::{Plant, Rig};
 
 use crate::diagnose::data::Data;
 use crate::diagnose::details::{ForceTrace, Recovered};
 use crate::diagnose::finding::Interval;
 use crate::diagnose::locate::latent_force::{Place, Pushed, Trace, Wander, places};
+use crate::diagnose::locate::regime::{ForceSample, Regime, driving, regime, units};
 use crate::diagnose::locate::regressors::{Company, follows};
 use crate::diagnose::residuals::Residuals;
 use crate::error::Result;
@@ -26,6 +28,7 @@ use crate::recording::Recording;
 pub(crate) struct Located {
     pub component: String,
     pub follows: String,
+    pub regime: Option<Regime>,
     pub recovered: Recovered,
 }
 
@@ -60,8 +63,7 @@ pub(crate) fn locate(
         return Ok(None);
     };
     let plant = Plant::new(rig)?;
-    let thin = (data.rows() / (CONFIG.locate.rows * data.experiments.len().max(1))).max(1);
-    let thinned = data.thinned(rig, &plant, thin);
+    let thinned = thin(data, rig, &plant);
     let tries: Vec<(Place, Wander)> = places(rig)
         .into_iter()
         .filter(|place| at.is_none_or(|at| place.component == at))
@@ -79,16 +81,11 @@ pub(crate) fn locate(
         .into_iter()
         .flatten()
         .max_by(|a, b| a.2.evidence.total_cmp(&b.2.evidence));
-    let Some((place, wander, first)) = best else {
+    let Some((place, wander, _)) = best else {
         return Ok(None);
     };
-    let mut traces = vec![first];
-    for experiment in 1..thinned.experiments.len() {
-        if let Some(trace) = pushed.recover(rig, &place, wander, &thinned, experiment)? {
-            traces.push(trace);
-        }
-    }
-    let (what, force) = followed(rig, &plant, &place, &thinned, &traces);
+    let traces = recover_all(&pushed, rig, (&place, wander), &thinned)?;
+    let (what, samples) = followed(rig, &plant, &place, &thinned, &traces);
     let motion = rig.bodies[place.to].motion;
     let laws: Vec<Vec<f64>> = (traces.iter().zip(&thinned.experiments).enumerate())
         .map(|(index, (trace, experiment))| {
@@ -103,11 +100,15 @@ pub(crate) fn locate(
         .iter()
         .flatten()
         .fold(0.0, |most: f64, f| most.max(f.abs()));
-    let is_force =
-        largest > CONFIG.locate.no_force * force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
+    let most = samples
+        .iter()
+        .fold(0.0, |most: f64, s| most.max(s.force.abs()));
+    let is_force = largest > CONFIG.locate.no_force * most;
+    let units = units(rig, &plant, &place, driving(rig, &plant, &place));
     Ok(Some(Located {
         component: place.component.clone(),
         follows: what.to_owned(),
+        regime: regime(&place.component, &units, &samples),
         recovered: Recovered {
             component: place.component,
             unit: Quantity::Force.unit(motion).to_owned(),
@@ -129,14 +130,14 @@ pub(crate) fn locate(
     }))
 }
 
-/// Quantity that the force at a place follows, and the force over all recordings.
+/// Quantity that the force at a place follows, and the force at each sample of all recordings.
 fn followed(
     rig: &Rig,
     plant: &Plant,
     place: &Place,
     thinned: &Data,
     traces: &[Trace],
-) -> (&'static str, Vec<f64>) {
+) -> (&'static str, Vec<ForceSample>) {
     let joined = |f: fn(&Trace) -> &Vec<f64>| -> Vec<f64> {
         traces.iter().flat_map(|trace| f(trace).clone()).collect()
     };
@@ -146,22 +147,10 @@ fn followed(
         .take(traces.len())
         .flat_map(|e| e.t.clone())
         .collect();
-    let driven = rig
-        .actuators
-        .iter()
-        .find(|actuator| actuator.drives == Drives::Body(place.to));
-    let input: Option<Vec<f64>> = driven
-        .or(rig.actuators.first())
-        .and_then(|actuator| {
-            plant
-                .inputs()
-                .iter()
-                .position(|i| i.column == actuator.input)
-        })
-        .map(|column| {
-            let of = thinned.experiments.iter().take(traces.len());
-            of.flat_map(|e| e.inputs[column].clone()).collect()
-        });
+    let input: Option<Vec<f64>> = driving(rig, plant, place).map(|column| {
+        let of = thinned.experiments.iter().take(traces.len());
+        of.flat_map(|e| e.inputs[column].clone()).collect()
+    });
     let (force, deviation, position, velocity) = (
         joined(|t| &t.force),
         joined(|t| &t.deviation),
@@ -176,7 +165,36 @@ fn followed(
         velocity: &velocity,
         input: input.as_deref(),
     });
-    (what, force)
+    let samples = (0..force.len()).map(|row| ForceSample {
+        position: position[row],
+        velocity: velocity[row],
+        input: input.as_ref().map(|input| input[row]),
+        force: force[row],
+    });
+    (what, samples.collect())
+}
+
+/// The recordings with few enough rows for a filter.
+fn thin(data: &Data, rig: &Rig, plant: &Plant) -> Data {
+    let every = data.rows() / (CONFIG.locate.rows * data.experiments.len().max(1));
+    data.thinned(rig, plant, every.max(1))
+}
+
+/// Recovered forces of all recordings up to the first that cannot be simulated.
+fn recover_all(
+    pushed: &Pushed,
+    rig: &Rig,
+    (place, wander): (&Place, Wander),
+    data: &Data,
+) -> Result<Vec<Trace>> {
+    let mut traces = Vec::with_capacity(data.experiments.len());
+    for experiment in 0..data.experiments.len() {
+        match pushed.recover(rig, place, wander, data, experiment)? {
+            Some(trace) => traces.push(trace),
+            None => break,
+        }
+    }
+    Ok(traces)
 }
 
 /// Sizes and correlation times to try: parts of the force that moves the body, and of the time in

@@ -181,6 +181,13 @@ fn follows(diagnosis: &Diagnosis) -> Section {
         ),
         _ => "The force that the refitted rig lacks, recovered from the recordings.".into(),
     });
+    let regime = diagnosis
+        .location
+        .as_ref()
+        .and_then(|at| at.regime.as_ref());
+    if let Some(regime) = regime {
+        section = section.text(format!("It acts {}.", regime.sentence()));
+    }
     if let Some(recovered) = &diagnosis.details.recovered {
         let named = law_name(diagnosis);
         if recovered.traces.iter().any(|trace| !trace.law.is_empty()) {

@@ -60,6 +60,9 @@ fn place(text: &mut String, diagnosis: &Diagnosis) {
         what => format!(", following {}", super::with_article(what)),
     };
     line(text, "where", &format!("{}{follows}", location.component));
+    if let Some(regime) = &location.regime {
+        line(text, "acts", &regime.sentence());
+    }
     for (index, stretch) in location.intervals.iter().take(STRETCHES).enumerate() {
         let what = format!(
             "{:.2} s to {:.2} s of {}: {:.1} times the noise",
