@@ -168,9 +168,11 @@ impl Study<'_> {
             let row = Row::of(controller)?;
             let own = middle(&row.rms);
             let outside = outside_limits(controller);
-            let verdict = match own.0 <= AIMED.0 * median && own.1 <= AIMED.1 * worst {
-                true if outside == 0 => "",
-                _ => ", MISSED",
+            let reached = own.0 <= AIMED.0 * median && own.1 <= AIMED.1 * worst;
+            let verdict = if reached && outside == 0 {
+                ""
+            } else {
+                ", MISSED"
             };
             println!(
                 "| {} | {}, {} | {:.2}, {:.2}{verdict} |",

@@ -5,10 +5,10 @@ mod latent_force;
 pub(crate) mod learned_force;
 pub mod regime;
 mod regressors;
+mod traces;
 
 use crate::diagnose::config::CONFIG;
 use sinew_sim::effects::Quantity;
-use sinew_sim::rig::Reads;
 use sinew_sim::{Plant, Rig};
 
 use crate::diagnose::data::Data;
@@ -17,6 +17,7 @@ use crate::diagnose::finding::Interval;
 use crate::diagnose::locate::latent_force::{Place, Pushed, Trace, Wander, places};
 use crate::diagnose::locate::regime::{ForceSample, Regime, driving, regime, units};
 use crate::diagnose::locate::regressors::{Company, follows};
+use crate::diagnose::locate::traces::{recover_all, thin, wanders};
 use crate::diagnose::residuals::Residuals;
 use crate::error::Result;
 use crate::fit::free_run;
@@ -172,50 +173,6 @@ fn followed(
         force: force[row],
     });
     (what, samples.collect())
-}
-
-/// The recordings with few enough rows for a filter.
-fn thin(data: &Data, rig: &Rig, plant: &Plant) -> Data {
-    let every = data.rows() / (CONFIG.locate.rows * data.experiments.len().max(1));
-    data.thinned(rig, plant, every.max(1))
-}
-
-/// Recovered forces of all recordings up to the first that cannot be simulated.
-fn recover_all(
-    pushed: &Pushed,
-    rig: &Rig,
-    (place, wander): (&Place, Wander),
-    data: &Data,
-) -> Result<Vec<Trace>> {
-    let mut traces = Vec::with_capacity(data.experiments.len());
-    for experiment in 0..data.experiments.len() {
-        match pushed.recover(rig, place, wander, data, experiment)? {
-            Some(trace) => traces.push(trace),
-            None => break,
-        }
-    }
-    Ok(traces)
-}
-
-/// Sizes and correlation times to try: parts of the force that moves the body, and of the time in
-/// which it moves.
-fn wanders(rig: &Rig, data: &Data, place: &Place) -> Vec<Wander> {
-    let Some((position, velocity)) = data.size_of(&rig.bodies[place.to].name) else {
-        return Vec::new();
-    };
-    let time = position / velocity;
-    let inertia = rig.bodies[place.to].inertia.value.abs();
-    let effort = rig.sensors.iter().zip(&data.spread);
-    let effort = effort.filter(|(sensor, _)| sensor.reads == Reads::Effort(place.to));
-    let effort = effort.map(|(sensor, spread)| (spread / sensor.gain.value).abs());
-    let force = effort.fold(inertia * velocity / time, f64::max);
-    let wanders = CONFIG.locate.sizes.into_iter().flat_map(|share| {
-        CONFIG.locate.times.map(|part| Wander {
-            size: share * force,
-            time: part * time,
-        })
-    });
-    wanders.collect()
 }
 
 /// When a rig misses a recording most: intervals of a fortieth of it that are missed by more than

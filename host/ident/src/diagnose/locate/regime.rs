@@ -9,7 +9,7 @@ use sinew_sim::{Plant, Rig};
 use crate::diagnose::config::CONFIG;
 use crate::diagnose::data::Data;
 use crate::diagnose::locate::latent_force::{Place, Pushed, places};
-use crate::diagnose::locate::{recover_all, thin, wanders};
+use crate::diagnose::locate::traces::{recover_all, thin, wanders};
 use crate::diagnose::wording::share_of;
 use crate::error::Result;
 use crate::fit::free_run;
