@@ -53,9 +53,9 @@ impl Network {
         for (layer, pair) in self.sizes.windows(2).enumerate() {
             let (n, m) = (pair[0], pair[1]);
             let biases = first + n * m;
-            for row in 0..m {
-                let weights = &self.weights[first + row * n..first + (row + 1) * n];
-                let sum = dot(weights, &kept[from..from + n]) + self.weights[biases + row];
+            let rows = self.weights[first..biases].chunks(n);
+            for (row, (weights, bias)) in rows.zip(&self.weights[biases..]).enumerate() {
+                let sum = dot(weights, &kept[from..from + n]) + bias;
                 if layer == last {
                     out[row] = sum;
                 } else {

@@ -158,12 +158,12 @@ impl Policy {
         }
         let last = network.sizes[network.sizes.len() - 2];
         let first = path - (last + 1) * inputs;
-        for row in 0..inputs {
+        for (row, of_path) in bias_of_path.iter().enumerate() {
             for weight in &mut network.weights[first + row * last..first + (row + 1) * last] {
                 *weight *= self.step[row];
             }
             let bias = &mut network.weights[first + last * inputs + row];
-            *bias = (*bias + bias_of_path[row]) * self.step[row];
+            *bias = (*bias + of_path) * self.step[row];
         }
         network
     }
