@@ -182,9 +182,12 @@ fn said(arguments: &Arguments, task: &ControlProblem, plant: &Plant, found: &Imi
     let weights = found.spec.network.parameters().to_string();
     let row = |name: &str, errors: &[f64]| {
         let (median, worst) = middle(errors);
-        let length = |value: f64| match value.is_finite() {
-            true => length(value),
-            false => "diverges".into(),
+        let length = |value: f64| {
+            if value.is_finite() {
+                length(value)
+            } else {
+                "diverges".into()
+            }
         };
         [name.into(), length(median), length(worst), weights.clone()]
     };
