@@ -67,6 +67,13 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
         "Record with the time stamps of the device, not of the computer that receives them.",
     ),
     (
+        "jittering_delay",
+        "A position scatters more the faster it moves: samples are taken early or late under even \
+         time stamps, or commands arrive so.",
+        "Sample by a timer, or record the time at which each sample was taken. What it adds to the \
+         noise no model explains.",
+    ),
+    (
         "millimetres_for_metres",
         "A position is recorded in millimetres, and the rig takes it for metres.",
         "Write unit = \"mm\" in the sensor, or name the column with its unit.",
