@@ -5,6 +5,8 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
 
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
@@ -20,6 +22,12 @@ struct Live {
     children: Vec<u32>,
     folders: Vec<PathBuf>,
 }
+
+/// Tries to start a program that somebody still writes.
+const BUSY_TRIES: usize = 50;
+
+/// Pause between two of them.
+const BUSY_PAUSE: Duration = Duration::from_millis(20);
 
 /// A temporary folder for a child to work in. It goes when it is dropped, and by [`kill_all`].
 pub struct Workplace(Option<TempDir>);
@@ -62,11 +70,23 @@ pub struct Guarded {
 }
 
 impl Guarded {
-    /// Starts `command`.
+    /// Starts `command`. A program that was just written may be open for writing a moment longer,
+    /// in a child that another thread starts at that time: it is tried again for a second.
     ///
     /// # Errors
     /// Error of the operating system.
     pub fn spawn(command: &mut Command) -> io::Result<Self> {
+        let busy = |error: &io::Error| error.kind() == io::ErrorKind::ExecutableFileBusy;
+        for _ in 0..BUSY_TRIES {
+            match Self::spawn_once(command) {
+                Err(error) if busy(&error) => thread::sleep(BUSY_PAUSE),
+                other => return other,
+            }
+        }
+        Self::spawn_once(command)
+    }
+
+    fn spawn_once(command: &mut Command) -> io::Result<Self> {
         // Under the lock: no child can come into being that `kill_all` does not know.
         let mut live = live();
         let child = command.process_group(0).spawn()?;
@@ -175,7 +195,25 @@ mod tests {
     use super::*;
     use std::io::{BufRead, BufReader};
     use std::process::Stdio;
-    use std::time::{Duration, Instant};
+    use std::time::Instant;
+
+    #[test]
+    fn a_program_that_is_still_being_written_starts_once_it_is_closed() {
+        let folder = tempfile::tempdir().unwrap();
+        let program = folder.path().join("program");
+        std::fs::copy("/bin/true", &program).unwrap();
+        let written = std::fs::OpenOptions::new().append(true).open(&program);
+        let written = written.unwrap();
+        let start = || Guarded::spawn(&mut Command::new(&program));
+        let busy = start().err().map(|error| error.kind());
+        assert_eq!(busy, Some(io::ErrorKind::ExecutableFileBusy));
+        let closing = thread::spawn(move || {
+            thread::sleep(Duration::from_millis(100));
+            drop(written);
+        });
+        assert!(start().is_ok());
+        closing.join().unwrap();
+    }
 
     #[test]
     fn a_dropped_child_takes_its_own_children_along() {

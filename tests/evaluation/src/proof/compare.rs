@@ -230,7 +230,7 @@ mod tests {
         };
         let truth = json!({
             "category": "exact", "rig": "stage", "strength": null, "noise": 0.01, "visible": [],
-            "effects": [], "true_model_test_rms": {}
+            "effects": [], "parameters": {}, "true_model_test_rms": {}
         });
         let kept = answer("backlash", 2.0);
         let difference = |new: Option<Value>| {
