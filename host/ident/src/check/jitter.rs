@@ -17,6 +17,9 @@ const ALIKE: f64 = 1.5;
 /// Fewest differences that tell.
 const FEWEST: usize = 200;
 
+/// Differences of a long recording that are looked at, evenly spread over it.
+const LOOKED_AT: usize = 20_000;
+
 /// Noise that the usual speed adds, in squares of the noise at rest, from which on it is said.
 const WORTH: f64 = 3.0;
 
@@ -87,7 +90,9 @@ impl Scatter {
     fn of(t: &[f64], values: &[f64], order: usize) -> Option<Self> {
         let usual = quantile(t.windows(2).map(|pair| pair[1] - pair[0]), 0.5);
         let mut rows: Vec<[f64; 3]> = Vec::new();
-        for (t, y) in t.windows(order + 1).zip(values.windows(order + 1)) {
+        let every = t.len().div_ceil(LOOKED_AT).max(1);
+        let windows = t.windows(order + 1).zip(values.windows(order + 1));
+        for (t, y) in windows.step_by(every) {
             let whole = t[order] - t[0] < 1.5 * usual * order as f64;
             if whole && y.iter().all(|y| y.is_finite()) {
                 let difference = scaled_difference(t, y);
